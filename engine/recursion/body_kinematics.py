@@ -45,7 +45,7 @@ class Step:
     s            p_out − p_in in the world (3), m; ``travel`` is the same vector in the inboard joint frame.
     lever        r_i − r_j (3), m.
     Pi           columns of Π for the free freedoms (6×n).
-    w            (14), with the accelerations of prescribed freedoms (6).
+    w            acceleration (14) if Ż_j = 0 and q̈ = 0, with the accelerations of prescribed freedoms (6).
     rates        of all freedoms, free and prescribed.
     coordinates  of all freedoms, free and prescribed."""
 
@@ -111,7 +111,7 @@ def walk(sym: Symbols, j: Joint, parent: Motion) -> tuple[Motion, Step]:
 
 
 def _axes(j: Joint, rot: bool) -> list[tuple[int, Axis]]:
-    """Freedom and axis of all rotation axes of a joint (``rot``), or of all translation axes."""
+    """(freedom, axis) for every rotation axis of a joint if ``rot``, otherwise for every translation axis."""
     return [(k, a) for k, axes in enumerate(j.kind.axes) for a in axes if a.rot == rot]
 
 

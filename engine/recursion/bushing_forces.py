@@ -99,8 +99,8 @@ def _square(Q: SX, i: int) -> SX:
 
 
 def _gradient(Q: SX, k: SX) -> SX:
-    """The gradient 2 (w K v + v × K v), where w is the quaternion's scalar part. Uses 4 w v_1 = Q_32 − Q_23 and 4 v_2 v_3 = Q_32 +
-    Q_23."""
+    """The gradient 2 (w K v + v × K v), where w is the quaternion's scalar part. The code uses 4 w v_1 = Q_32 − Q_23 and 4 v_2 v_3
+    = Q_32 + Q_23."""
     rows = []
     for i in range(3):
         j, n = (i + 1) % 3, (i + 2) % 3

@@ -1,7 +1,7 @@
 """Constraint of a cam follower (theory, "Cams"): a point of the follower stays on a curve of the cam, or a face touches the cam.
 
-k is the contact normal; x are the arms of the contact force from the origins of both parts. The rate of the row is
-k·(v_out − v_in), where v_out and v_in are the velocities of the parts at the contact. ξ is the rate's time derivative at Ż = 0."""
+k is the contact normal. The rate of the row is k·(v_out − v_in), where v_out and v_in are the velocities of the parts at the
+contact. ξ is the rate's time derivative at Ż = 0."""
 
 from __future__ import annotations
 
@@ -27,8 +27,7 @@ class ProjectedVector:
 
 
 def bearing(sym: Symbols, c: Cut) -> SX:
-    """Angle in the cam's plane, rad, within ±π, of the vector of ``ProjectedVector``. The cam's curve is evaluated at this
-    angle."""
+    """Angle of the vector of ``ProjectedVector`` in the cam's plane, rad, within ±π. The cam's curve is evaluated at this angle."""
     return _seen(sym, c).angle[0]
 
 
@@ -88,7 +87,7 @@ def _frame(c: Cut, seen: ProjectedVector, angle: Moving) -> tuple[SX, Moving, Mo
 
 def _point(sym: Symbols, c: Cut, seen: ProjectedVector, curve: tuple[SX, SX, SX]) -> FollowerContact:
     """Contact of a point with the cam. The curve gives the distance of the point from the cam's axis as a function of the point's
-    angle. A roller around the point touches the cam at a distance of its radius from the point, against n."""
+    angle. A roller around the point touches the cam at the position: point − radius · n."""
     (angle, turned), (length, spread), (r, slope, bend) = seen.angle, seen.length, curve
     square = length * length + slope * slope
     lean = (ca.atan2(slope, length), (bend * turned * length - slope * spread) / square)
@@ -98,8 +97,8 @@ def _point(sym: Symbols, c: Cut, seen: ProjectedVector, curve: tuple[SX, SX, SX]
     own, carried = (c.c_out, cross(c.out.omega, c.c_out)), c.out.rdot - c.inb.rdot
     arm_in = (c.c_in + c.s - roller * n[0], carried + own[1] - roller * n[1])
     arm_out = (own[0] - roller * n[0], own[1] - roller * n[1])
-    # The residual is the radial deviation times the cosine of the pressure angle. The cosine is that on the curve. At the point
-    # itself, cosine and residual would vanish if the point lay on the cam's axis.
+    # The residual is the radial deviation times the cosine of the pressure angle, taken at the curve. If the pressure angle were
+    # taken at the point, cosine and residual would vanish for a point on the cam's axis.
     return FollowerContact((length - r) * r / ca.sqrt(r * r + slope * slope), n, t, arm_in, arm_out, E)
 
 

@@ -25,7 +25,7 @@ def evaluate_curve(foot: Sequence[SX]) -> tuple[SX, SX, SX]:
 
 def refine_foot(foot: Sequence[SX], p: SX) -> SX:
     """Parameter of the foot of point p after one Newton step from ``foot``. If p is near or beyond the centre of curvature, the
-    slope for Newton's step is too small; a Gauss–Newton step replaces it."""
+    slope for Newton's step is too small; a Gauss–Newton step then replaces Newton's step."""
     at, way, bend = evaluate_curve(foot)
     gap, square = p - at, ca.dot(way, way)
     slope: SX = square - ca.dot(gap, bend)
@@ -48,7 +48,7 @@ def find_foot(curve: Curve, p: SX) -> SX:
     for k, piece in enumerate(curve.pieces):
         numbers = [piece.start, piece.way, *piece.e2, *piece.e3]
         low, high = piece.start if k or curve.around else -ENDLESS, piece.end
-        h = piece.end - piece.start if piece.end < ENDLESS else 0.0  # an endless piece is straight: any h gives its chord
+        h = piece.end - piece.start if piece.end < ENDLESS else 0.0  # in an endless piece, the chord is the same for every h
         chord = ca.vertcat(*(_chord(of, h) for of in (piece.e2, piece.e3)))
         begin = ca.vertcat(piece.e2[0], piece.e3[0])
         u = ca.fmin(ca.fmax(piece.start + ca.dot(p - begin, chord) / ca.dot(chord, chord), low), high)
@@ -81,7 +81,8 @@ def _with_piece(curve: Curve, u: SX) -> list[SX]:
 
 
 def numbers_of_piece(pieces: Sequence[tuple[float, ...]], x: SX) -> list[SX]:
-    """The numbers of the piece at x, or of the first piece if x is before it. The first number of a piece is its start."""
+    """The numbers of the piece at x, or of the first piece if x is before the first piece. The first number of a piece is its
+    start."""
     out = [SX(0)] * len(pieces[0])
     begun = [SX(1), *[x >= piece[0] for piece in pieces[1:]], SX(0)]
     for k, numbers in enumerate(pieces):

@@ -39,7 +39,7 @@ def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
     leader."""
     made = locate_cut(sym, motions_of(motions, (j.inb, j.out)), j)
     if j.light is not None:
-        made.rows.append(Row(SX(0), SX(0), zeros(6), zeros(6), SX(0)))  # empty, because ``inward_reduction`` applies λ
+        made.rows.append(Row(SX(0), SX(0), zeros(6), zeros(6), SX(0)))  # a row of zeros, because ``inward_reduction`` applies λ
         return made
     if j.mimic is None:
         add_rows(sym, made)
@@ -52,8 +52,9 @@ def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
 
 
 def add_tie(sym: Symbols, c: Cut, follows: Cut, leads: Cut, of: list[tuple[SX, SX]], m: Mimic) -> None:
-    """Set the row of a coupling; for a gearbox also its freedom, which is that of the follower. The row of a gearbox is the ratio
-    times the angle of the output shaft, minus the angle of the input shaft; its multiplier is the torque of the input shaft."""
+    """Set the row of a coupling. For a gearbox, also set the freedom of the coupling: the follower's freedom. The row of a gearbox
+    is the ratio times the angle of the output shaft, minus the angle of the input shaft. The multiplier of this row is the torque
+    of the input shaft."""
     geared = c.joint.kind.nv > 0
     c.rows = [mimic_row(sym, follows, leads, of, m, geared)]
     if geared:
@@ -105,8 +106,8 @@ def _centripetal(c: Cut) -> SX:
 def _travel_row(c: Cut, k: int) -> Row:
     """Row of a translational constraint (49)–(51): no travel along an axis h.
 
-    If all three directions are constrained, h is fixed in the world. Otherwise h is fixed in the ground if this is the outboard
-    part, else in the inboard part. (The generated code is shorter if the axis does not rotate.)"""
+    If all three directions are constrained, h is fixed in the world. Otherwise h is fixed in the outboard part if this part is the
+    ground, else in the inboard part. (The generated code is shorter if the axis does not rotate.)"""
     vel, acc = point_velocity(c), _centripetal(c)
     if len(c.joint.kind.rows_s) == 3:
         h, omega, arm_in, arm_out = SX.eye(3)[:, k], zeros(3), c.c_in, c.c_out

@@ -67,7 +67,7 @@ T = TypeVar("T")
 
 
 def once(build: Callable[[Cut], T]) -> Callable[[Cut], T]:
-    """Decorator: the first call builds an expression of a cut joint, later calls return it."""
+    """Decorator: the first call builds an expression of a cut joint; later calls return the same expression."""
 
     @wraps(build)
     def kept(c: Cut) -> T:

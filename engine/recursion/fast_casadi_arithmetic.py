@@ -1,8 +1,8 @@
 """Fast arithmetic of CasADi symbols.
 
 CasADi's Python operators test each operand for every kind of matrix, which takes seven times as long as the operation itself.
-``SX.binary`` makes an expression without these tests. A model has about 30,000 expressions; with ``SX.binary``, its build takes a
-quarter less time."""
+``SX.binary`` makes an expression without these tests. A model has about 30,000 expressions; with ``SX.binary``, the build of a
+model takes a quarter less time."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ _inside = 0
 
 @contextmanager
 def direct_operators() -> Iterator[None]:
-    """Within the block, the operators +, −, × and / of an SX with an SX, float or int call ``SX.binary``. With other operands, they
-    are unchanged."""
+    """Within the block, the operators +, −, × and / of an SX with an SX, float or int call ``SX.binary``. For other operands, these
+    operators work as before."""
     global _inside
     with _LOCK:
         _inside += 1

@@ -95,8 +95,8 @@ class Model:
         return next(c for c in self.cuts if c.joint.name == j.name)
 
     def once(self, build: Callable[[Model], Any]) -> Any:
-        """The result of ``build(self)``, which is called only once. The model and its reduced copy share this result, so it must
-        not depend on the reduction."""
+        """The result of ``build(self)``, which is called only once. The model and its reduced copy share this result, so the result
+        must not depend on the reduction."""
         if build not in self.made:
             self.made[build] = build(self)
         return self.made[build]
@@ -108,7 +108,7 @@ def model(sym: Symbols) -> Model:
 
 
 def build_model(sym: Symbols) -> Model:
-    """The model before reduction. For ``outward_accelerations.balance``, where the accelerations are known."""
+    """The model before reduction. ``outward_accelerations.balance``, which gets known accelerations, uses this model."""
     system = sym.system
     motions: list[Motion] = []
     steps: list[Step] = []

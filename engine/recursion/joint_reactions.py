@@ -86,8 +86,8 @@ def pin_axes(j: Joint, Ein: SX, Eout: SX) -> SX:
 
 def on_pin(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) -> tuple[SX, SX]:
     """f_c, m_c (3×columns each): total wrench on the part with the pin, about the point of the part with the ends, resolved in
-    ``pin_axes``. Of a universal joint, it is the wrench on the inboard part; the contact element assigns the journals to the
-    parts."""
+    ``pin_axes``. For a universal joint, f_c and m_c are the wrench on the inboard part; the contact element assigns the journals to
+    the parts."""
     f, t, s = on_outboard(m, acc, j, combine)
     pose = pose_of(m, j)
     return on_pin_part(j, f, t, s, pose.Ein, pose.Eout, lengths(m.sym, j))

@@ -55,8 +55,8 @@ def _pressed(x: Latch, flags: tuple[SX, SX]) -> SX:
 def depths(sym: Symbols, x: Latch, hook: SX, q: SX, release: SX) -> tuple[SX, SX, SX]:
     """Three event functions of a hook.
 
-    1. Hook up: positive where it falls. Hook down: positive where it stays down.
-    2. Hook up: minus the number of the tooth on which it would fall. Hook down: depth by which it is pressed.
+    1. Hook up: positive where the hook falls. Hook down: positive where the hook stays down.
+    2. Hook up: minus the number of the tooth on which the hook would fall. Hook down: depth by which the hook is pressed.
     3. Release signal minus LIFTED. Only the third function crosses zero smoothly when the signal releases the hook; steps end at
     its zeros."""
     depth, lifted = x.side * (tooth(sym, x, hook) - q), release - LIFTED

@@ -24,7 +24,7 @@ from trunnion.system.structure.loop_joints import NO_SIZE, USUAL, contact_of, wi
 from trunnion.system.structure.parameter_table import Leaves
 
 PART = 0.1
-"""Arm of the contacts of a joint without friction (``contact_arm``), divided by the size of its block."""
+"""Arm of the contacts of a joint without friction (``contact_arm``), divided by the size of the joint's block."""
 
 
 def spring_rows(sym: Symbols, j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, arm: SX) -> SX:
@@ -89,14 +89,14 @@ def contact_arm(m: Model, j: Joint, points: Mapping[int, Sequence[Leaves]]) -> S
 
 def arm_of(size: SX, wide: SX, spins: Sequence[SX], masses: Sequence[SX]) -> SX:
     """PART times the size of the joint's block, m. size, wide: square of the block's size, m², without and with mass centres; the
-    first one above 0 counts. If both are 0, the radius of gyration of the joint's parts replaces the size."""
+    first of these values above 0 counts. If both are 0, the radius of gyration of the joint's parts replaces the size."""
     square = sum((j / m for j, m in zip(spins, masses, strict=True)), SX(0)) / len(masses)
     return PART * ca.sqrt(ca.if_else(size > NO_SIZE, size, ca.if_else(wide > NO_SIZE, wide, square + NO_SIZE)))
 
 
 def block_size(sym: Symbols, points: Mapping[int, Sequence[Leaves]]) -> SX:
-    """Mean square of the distances of points from the mean point of their body, m². Masses, frames, and the place where a loop is
-    cut do not affect it."""
+    """Mean square of the distances of points from the mean point of their body, m². Masses, frames, and the choice of the cut joint
+    do not affect the result."""
     total, count = SX(0), 0
     for own in (list(map(sym.leaves, x)) for x in points.values()):
         middle = sum(own, SX(3, 1)) / len(own)
@@ -107,7 +107,7 @@ def block_size(sym: Symbols, points: Mapping[int, Sequence[Leaves]]) -> SX:
 
 def spin(m: Model, b: Body) -> SX:
     """Half the trace of a body's inertia, kg m². For a point mass, the result is the mass times the squared distance of the mass
-    centre from the reference origin. If this distance is 0, too, ``_spread`` replaces its square."""
+    centre from the reference origin. If this distance is also 0, ``_spread`` replaces the squared distance."""
     j = [m.sym.leaf(x) for x in b.inertia[:3]]
     mass, c = m.sym.leaf(b.mass), m.sym.leaves(b.center)
     if all(x.is_zero() for x in j):

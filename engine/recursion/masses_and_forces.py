@@ -50,7 +50,7 @@ def velocity_force(mass: Mass, omega: SX) -> SX:
 
 
 def ground_acceleration(sym: Symbols) -> SX:
-    """Ż_0 = [−g; 0], 6×1: gravity as an acceleration of the ground."""
+    """Ż_0 = [−g; 0], 6×1: gravity modelled as an acceleration of the ground."""
     return ca.sparsify(ca.vertcat(-sym.leaves(sym.system.gravity), zeros(3)))
 
 
@@ -167,7 +167,7 @@ def nonlinear_power(sym: Symbols, laws: Sequence[LawForce], x: SX, rate: SX) -> 
 
 def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
     """Sum of the forces of spring, damper, end stops, latch, effort and motor along a freedom, on the outboard part. The effort of
-    a drive is not included, because it is a reaction."""
+    a drive is not included, because this effort is a reaction."""
     out = SX(0)
     if d.spring is not None and q is not None:
         out = out - sym.leaf(d.spring[0]) * (q - sym.leaf(d.spring[1]))
@@ -187,13 +187,13 @@ def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
 
 
 def motor_force(sym: Symbols, m: Motor, signal: SX, rate: SX) -> SX:
-    """Effort of a motor: stall · (signal − rate/no_load). The signal shifts the effort–rate line in parallel."""
+    """Effort of a motor: stall · (signal − rate/no_load). The signal shifts the effort–rate line parallel to itself."""
     return sym.leaf(m.stall) * (signal - rate / sym.leaf(m.no_load))
 
 
 def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:
     """Force of a freedom's end stops by Hunt and Crossley: stiffness · depth · (1 + damping · rate of depth), or 0 where this force
-    would pull. Events set and clear the flag of an engaged stop."""
+    would pull. Events set and clear the stop's flag."""
     out = SX(0)
     assert d.stop is not None
     for bound, flag, sign in zip((d.stop.lower, d.stop.upper), d.stop.flags, (1, -1), strict=True):

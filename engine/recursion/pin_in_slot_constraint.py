@@ -24,7 +24,8 @@ def slot_axes(sym: Symbols, c: Cut) -> tuple[SX, SX]:
 
 
 def slot_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX, SX]:
-    """The row of the gap, the freedom, the contact frame, and the distance of the pin inside the mouths (negative: it has left).
+    """The row of the gap, the freedom, the contact frame, and the distance of the pin inside the mouths (negative: the pin has left
+    the slot).
 
     The freedom is sliding along the wall: a ``Row`` of which only the rate, the wrenches and ξ are used. The columns of the
     frame (3×3, world) are e1, the normal n from the wall towards the middle of the slot, and t = e1 × n."""

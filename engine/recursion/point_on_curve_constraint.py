@@ -13,7 +13,7 @@ from trunnion.recursion.vector_algebra import SX, cross
 
 REFINED = 2
 """Number of Newton steps from the given foot. After one step, the first derivative of the foot is correct; after two steps, the
-second one, too."""
+second derivative, too."""
 
 
 @dataclass

@@ -59,7 +59,7 @@ class Symbols:
         return find_foot(j.curve, p)
 
     def stop_flag(self, index: int) -> SX:
-        """Flag of a stop: 1 while it is engaged."""
+        """Flag of a stop: 1 while the stop is engaged."""
         return self.x[self.at.stop(index)]
 
     def latch_flags(self, latch: Latch) -> tuple[SX, SX]:

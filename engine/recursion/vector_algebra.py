@@ -10,7 +10,7 @@ SX = ca.SX
 
 
 def symbol(value) -> SX:
-    """A number as an SX. An SX is returned unchanged, because a copy would take ten times as long."""
+    """A number as an SX. If the number is an SX, the function returns it unchanged, because a copy takes ten times as long."""
     return value if isinstance(value, SX) else SX(value)
 
 

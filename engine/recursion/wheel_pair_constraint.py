@@ -1,7 +1,8 @@
 """Constraint of two wheels that roll on each other (theory, "Rolling"): no sliding at the contact.
 
-k is the direction of the force between the wheels. x are the arms of this force from the origins of both parts. t_in and t_out are
-pure torques. The rate of the row is k·(v_out − v_in) + t_out·ω_out + t_in·ω_in; ξ is the time derivative of this rate at Ż = 0."""
+k is the direction of the force between the wheels. v_in and v_out are the velocities of the parts at the contact; t_in and t_out
+are pure torques. The rate of the row is k·(v_out − v_in) + t_out·ω_out + t_in·ω_in; ξ is the time derivative of this rate at Ż =
+0."""
 
 from __future__ import annotations
 
@@ -69,9 +70,9 @@ def _row(c: Cut, t: WheelContact, phi: SX) -> Row:
 
 
 def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
-    """Two freedoms, each as a ``Row`` of which only the rate, the wrenches and ξ are used. Of toothed wheels: the relative rotation
-    (of a worm: the motion along its thread), which makes the flanks slide, and the distance. Of a belt that may slide: the sliding,
-    and half the change of the belt's length."""
+    """Two freedoms, each as a ``Row`` of which only the rate, the wrenches and ξ are used. For toothed wheels, the first freedom
+    is the relative rotation (for a worm, the motion along the thread), which makes the flanks slide; the second is the distance.
+    For a belt that may slide, the freedoms are the sliding and half the change of the belt's length."""
     wheels, rolls = c.joint.wheels, c.joint.kind.rolls
     assert wheels is not None
     assert rolls is not None
@@ -89,8 +90,8 @@ def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
 
 def _between(c: Cut) -> tuple[Moving, Moving, SX, SX]:
     """The vector s from the inboard to the outboard point, split with respect to the inboard axis. Returns four results: the
-    component along the axis and the perpendicular one (both with rates), the squared norm of the latter, and the rate of this
-    square."""
+    component along the axis with its rate, the perpendicular component with its rate, the squared norm of the perpendicular
+    component, and the rate of this square."""
     (a, adot), _ = _axes(c)
     sdot = point_velocity(c)
     h, hdot = ca.dot(c.s, a), ca.dot(sdot, a) + ca.dot(c.s, adot)
@@ -135,16 +136,16 @@ def _wheels(c: Cut, r1: SX, r2: SX, lead: SX = NO_LEAD) -> WheelContact:
 
 
 def _sliding(c: Cut, r1: SX, r2: SX) -> WheelContact:
-    """Sliding of a belt: the row of the wheels for a unit force, or its opposite; positive if the surface of the inboard pulley
-    runs ahead in the sense of e1."""
+    """The row for a belt's sliding: plus or minus the row of the wheels for a unit force. The row is positive if the surface of the
+    inboard pulley runs ahead in the sense of e1."""
     made, way = _wheels(c, r1, r2), ca.if_else(r1 < 0, 1.0, -1.0)
     push, torque_in, torque_out = (_times(way, v) for v in (made.push, made.torque_in, made.torque_out))
     return replace(made, push=push, torque_in=torque_in, torque_out=torque_out)
 
 
 def _strands(c: Cut, r1: SX, r2: SX) -> WheelContact:
-    """Equal tensions in both strands of a belt, whose sum is 1. Each strand is inclined to the line of centres by the angle whose
-    sine is (r1 + r2)/distance."""
+    """Two equal tensions, one in each strand of a belt, with the sum 1. Each strand is inclined to the line of centres by the angle
+    whose sine is (r1 + r2)/distance."""
     arm_in, arm_out = _arms(c)
     along, p, square, rate = _between(c)
     inner = ca.sqrt(square - (r1 + r2) ** 2)

@@ -2,7 +2,7 @@
 
 a, b: axes of worm and wheel. u: direction from the worm's axis to the wheel's axis, ±(a × b); the sign is ``side``. The pitch point
 is on the common perpendicular of the axes, at the worm's pitch radius. At this point, the thread has the direction d = sin γ a +
-cos γ a × u. In the plane of a and a × u, its flank has the normal k = cos γ a − sin γ a × u."""
+cos γ a × u. In the plane of a and a × u, the flank of the thread has the normal k = cos γ a − sin γ a × u."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from trunnion.recursion.vector_algebra import SX, cross
 @dataclass
 class Pitch:
     """The pitch point of a worm: axis a, directions u and w = a × u, and the arms of the point from the origins of both parts. Each
-    has its rate."""
+    vector has its rate."""
 
     a: Moving
     u: Moving
@@ -28,7 +28,7 @@ class Pitch:
     arm_out: Moving
 
     def mixed(self, by_axis: SX, by_circle: SX) -> Moving:
-        """by_axis · a + by_circle · w."""
+        """The vector by_axis · a + by_circle · w."""
         return by_axis * self.a[0] + by_circle * self.w[0], by_axis * self.a[1] + by_circle * self.w[1]
 
     def row(self, c: Cut, phi: SX, push: Moving) -> Row:

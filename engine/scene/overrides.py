@@ -63,7 +63,8 @@ def scene_given(source: Given, changes: Mapping[str, Any] | None = None, massles
     except SceneError:
         if not changes:
             raise
-    # The scene failed with the changes. Without them, scene_of reports the scene's own mistakes, or apply those of the changes.
+    # The scene failed with the changes. ``scene_of`` without the changes reports the scene's own mistakes. If the scene has none,
+    # ``apply`` reports the mistakes in the changes.
     return apply(scene_of(_read(source), massless), changes)
 
 

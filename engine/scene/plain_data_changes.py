@@ -39,7 +39,7 @@ class WrongPath:
 
 
 def set_values(data: dict[str, Any], changes: Mapping[str, Any]) -> list[WrongPath]:
-    """Set values in a scene's nested dicts and lists, in place. Missing groups and defaults on the way are added.
+    """Set values in a scene's nested dicts and lists, in place. The function adds missing groups and defaults on the way.
 
     A plain number for a parameter is in the SI unit of the parameter's dimension. The result lists the paths that do not
     exist.
@@ -81,7 +81,7 @@ def _set(data: Any, path: Path, value: Any) -> Finding | None:
         if i == len(path) - 1:
             node[key] = value
             if key == "formula":
-                node.pop("numbers", None)  # recompute them from the new formula
+                node.pop("numbers", None)  # drop the old formula's constant parts
             return None
         inside = node[key] if isinstance(key, int) else node.get(key)
         if inside is None:

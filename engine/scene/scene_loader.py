@@ -53,7 +53,8 @@ def load_scene(source: str | os.PathLike[str], massless: bool = False) -> Scene:
 
 
 def source_of_file(source: str | os.PathLike[str]) -> Source:
-    """The content of a scene file; ``source`` as for ``load_scene``. SceneError when the file cannot be read as scene data."""
+    """The content of a scene file; ``source`` as for ``load_scene``. Raises SceneError when the file cannot be read as scene
+    data."""
     path = scene_file(source)
     return source_of_content(content_of(path), path)
 
@@ -68,12 +69,12 @@ def scene_from_text(
     content: bytes | str, file: str = "", is_json: bool = False, name: str = "", folder: FilePath | None = None
 ) -> Scene:
     """The scene in YAML (or JSON) text. ``name`` is used if the text has no name. ``folder`` is the folder of the files that the
-    text names; without it such files are refused."""
+    text names; without a folder, such files are refused."""
     return scene_of(source_of_text(content, file, is_json, name, folder))
 
 
 def source_of_text(content: bytes | str, file: str, is_json: bool, name: str, folder: FilePath | None) -> Source:
-    """The data in a text, with arguments as for ``scene_from_text``. SceneError when the text is not a group of keys."""
+    """The data in a text, with arguments as for ``scene_from_text``. Raises SceneError when the text is not a group of keys."""
     doc = read(content, is_json)
     if doc.data is None and not doc.findings:
         doc.findings.append(Finding((), "the file is empty", "a scene has bodies and joints"))
@@ -103,7 +104,7 @@ def scene_from_dict(data: Mapping[str, Any], massless: bool = False) -> Scene:
 
 
 def _add_masses(data: dict[str, Any]) -> None:
-    """Give every body without mass and density a mass of 1 kg; if it has neither shape nor inertia, also an inertia."""
+    """Give every body without mass and density a mass of 1 kg. A body with neither shape nor inertia also gets an inertia."""
     bodies = data.get("bodies")
     for body in bodies.values() if isinstance(bodies, dict) else ():
         if isinstance(body, dict) and not {"mass", "density"} & set(body):
@@ -116,7 +117,7 @@ def scene_of(source: Source, massless: bool = False, changes: Mapping[str, Any] 
     """The checked scene of a source; ``massless`` as for ``load_scene``. ``changes`` are values by dotted path, which are set
     before expressions are evaluated.
 
-    The source's data is modified. SceneError lists all problems in the order of the file.
+    The function modifies the source's data. SceneError lists all problems in the order of the file.
     """
     data, lines, composed = compose(source.data, source.lines, source.file, source.folder)
     if changes and (wrong_paths := set_values(data, changes)):

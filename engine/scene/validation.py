@@ -47,7 +47,7 @@ class Built:
 
     def scene_findings(self) -> list[Finding]:
         """The findings of the checks on the scene, without those that a removed part may have caused. A finding about an untyped
-        joint counts if it is the same with each of ``STAND_INS``."""
+        joint counts only if the checks report it for each type in ``STAND_INS``."""
         if self.scene is None:
             return []
         found = [f for f in findings(self.scene) if not self.hides(f)]
@@ -59,8 +59,8 @@ class Built:
         return [f for f in found if f.path[:2] not in self.untyped or f in others]
 
     def hides(self, f: Finding) -> bool:
-        """Whether a removed part may have caused a finding. A removed part may have caused the finding if it contains the finding's
-        path, or if it contains, or is part of, a path in ``about``."""
+        """Whether a removed part may have caused a finding. A removed part counts if it contains the finding's path or a path in
+        ``about``. A part inside a path in ``about`` also counts."""
         return any(self._broken_around(p) for p in (f.path, *f.about)) or not self._around_broken.isdisjoint(f.about)
 
     def _broken_around(self, path: Path) -> bool:
@@ -118,7 +118,7 @@ def _remove_broken(rest: dict[str, Any], found: list[Finding], built: Built) -> 
 
 
 def plain_copy(data: Any, deeper: int = DEEPEST) -> Any:
-    """A copy as nested dicts (keys as text) and lists. SceneError when the nesting is too deep, for example cyclic."""
+    """A copy as nested dicts (keys as text) and lists. Raises SceneError when the nesting is too deep, for example cyclic."""
     if isinstance(data, dict | Mapping):
         inside = _next_level(deeper)
         return {whole_text(str(k)): plain_copy(v, inside) for k, v in data.items()}
@@ -129,15 +129,15 @@ def plain_copy(data: Any, deeper: int = DEEPEST) -> Any:
 
 
 def _next_level(deeper: int) -> int:
-    """The number of nesting levels that are still allowed inside. SceneError when no level is left."""
+    """The number of nesting levels that are still allowed inside. Raises SceneError when no level is left."""
     if deeper <= 0:
         raise SceneError([Problem("scene", f"more than {DEEPEST} levels of nesting", "a scene needs no more than ten")])
     return deeper - 1
 
 
 def _remove_part(data: dict[str, Any], path: Path, built: Built) -> Path:
-    """Remove the smallest optional part that contains a mistake; the result is the path of this part. A whole body or joint is not
-    removed but replaced by a valid stub."""
+    """Remove the smallest optional part that contains a mistake. Returns the path of this part. A valid stub replaces a whole body
+    or joint."""
     node, at = _deepest_group(data, path)
     if len(path) == 3 and (path[0], path[2]) == ("joints", "type"):
         joint = data["joints"][path[1]]
@@ -147,7 +147,7 @@ def _remove_part(data: dict[str, Any], path: Path, built: Built) -> Path:
         joint["type"] = similar or STAND_INS[0]
         built.broken.add(path)
         return path
-    if len(at) <= 1:  # the mistake is in a top-level key of the scene
+    if len(at) <= 1:  # a mistake in a top-level key of the scene
         key = path[0] if path else ""
         required = key in ("bodies", "joints")
         data.pop(str(key), None)
@@ -165,7 +165,7 @@ def _remove_part(data: dict[str, Any], path: Path, built: Built) -> Path:
 
 
 def _remove_unknown_key(data: dict[str, Any], path: Path, meant: str, built: Built) -> Path:
-    """Remove an unknown key; the result is its path. The key ``meant`` counts as removed too."""
+    """Remove an unknown key; the result is its path. The key ``meant`` also counts as removed."""
     node, at = _deepest_group(data, path)
     if at == path:
         del node[str(at[-1])]
@@ -189,7 +189,8 @@ def _deepest_group(data: dict[str, Any], path: Path) -> tuple[dict[str, Any], Pa
 
 
 def _replace_by_stub(data: dict[str, Any], path: tuple[str, str], built: Built) -> None:
-    """Replace a body or input by a valid one, and a joint by a free joint between the same bodies; remove any other part."""
+    """Replace a body or input by a valid body or input, and a joint by a free joint between the same bodies. Remove any other
+    part."""
     section, name = path
     old = data[section].pop(name)
     known = old if isinstance(old, dict) else {}

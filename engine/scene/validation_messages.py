@@ -23,8 +23,8 @@ _AFTER_COMMA = re.compile(r"\d+( .*)?", re.ASCII)
 
 
 def findings_of(errors: Iterable[Error], data: Any) -> list[Finding]:
-    """One finding for each different mistake, in pydantic's order. The known key that the user means is looked up only for the
-    first MOST unknown keys of a group, because only MOST problems are listed."""
+    """One finding for each different mistake, in pydantic's order. Only the first MOST unknown keys of a group get a search for
+    the key that the user means, because no more problems are listed."""
     found, unknown = dict[Finding, None](), Counter[Path]()
     for e in errors:
         path = path_of(e["loc"], data)
@@ -61,7 +61,8 @@ def _unknown_key(path: Path, e: Error, searched: bool) -> Finding:
 
 
 def _refused_signal(path: Path) -> tuple[str, str] | None:
-    """Reason and remedy for a kind of signal that drives, or loads, do not have; None for any other unknown key."""
+    """Reason and remedy for an unknown key that is a kind of signal, if a drive or a load does not allow this kind. None for any
+    other unknown key."""
     classes, key = classes_at(path[:-1]), str(path[-1])
     if Drive in classes and key == "limit":
         return "a drive has no limits: its rate would jump", "write the limited motion as a move or table"

@@ -58,7 +58,7 @@ def simulate(
     Raises:
         SceneError: for wrong input.
     """
-    from trunnion.scene.overrides import scene_given  # imported here, because ``run_checked`` needs no readers and checks
+    from trunnion.scene.overrides import scene_given  # imported here, because ``run_checked`` does not need this module
 
     asked = {"until": until, "every": every, "rtol": rtol, "method": method, "step": step, "kernel": kernel, "max_steps": max_steps}
     return run_checked(scene_given(scene, overrides), asked, outputs, progress, certify, accuracy)

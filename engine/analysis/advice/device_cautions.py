@@ -17,7 +17,7 @@ JUMPS = "a load that jumps: with fixed steps, moreau lets parts slide on for a p
 
 
 def device_cautions(scene: Scene) -> list[str]:
-    """One sentence for each kind of device that has a known weakness, with the names of these devices."""
+    """A sentence for each kind of device with a known weakness, with the names of the devices of this kind."""
     curves = [n for n, x in (*scene.joints.items(), *scene.forces.items()) if _has_curve(x)]
     found = (
         ([n for n, j in scene.joints.items() if locks_itself(j)], LOCKS),

@@ -1,5 +1,5 @@
-"""The influence of each joint's friction on the outputs: the first-order change of the outputs if the joint's friction coefficient
-becomes zero."""
+"""The influence of each joint's friction on the outputs. The influence is the first-order change of the outputs if the joint's
+friction coefficient becomes zero."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trunnion.scene.overrides import apply
 @dataclass(frozen=True)
 class FrictionInfluence:
     """A joint with friction. predicted: relative change of the outputs when the joint loses its friction, predicted from
-    sensitivities; NaN if these are missing."""
+    sensitivities; NaN if the sensitivities are missing."""
 
     joint: str
     predicted: float
@@ -42,7 +42,7 @@ def rank_influences(
 
 
 def _with_ratios(scene: Scene, joints: list[str]) -> Scene:
-    """The scene in which joints without a friction coefficient, such as gear units, get the default coefficient 1 explicitly."""
+    """The scene with the default coefficient 1 written at every joint that has no friction coefficient, such as a gear unit."""
     scales = {j: LAWS[scene.law_of(friction)].scale for j in joints if (friction := scene.joints[j].friction)}
     missing = {f"joints.{j}.friction.{x}": 1.0 for j, x in scales.items() if getattr(scene.joints[j].friction, x) is None}
     return apply(scene, missing) if missing else scene

@@ -1,5 +1,5 @@
-"""``advise``: a ladder of models with increasing friction detail. Each rung is a model with its error and cost. The answer is the
-cheapest rung that meets the requested error."""
+"""``advise``: compares models of a scene with increasing friction detail, from ideal joints to the full scene. Such a model, with
+its error and cost, is a *rung*. The answer is the cheapest rung that meets the requested error."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ differences."""
 class Setting:
     """A method at a tolerance. error: total error; minimum, median: stepping time, s.
 
-    integration: the part of the error that comes from integration, as the run estimates it (theory, "Global error").
+    integration: the part of the error that comes from integration, as the run estimates this part (theory, "Global error").
     """
 
     method: str
@@ -65,7 +65,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Rung:
-    """A model of the ladder.
+    """A rung of ``advise``: a model with its error and its cheapest setting.
 
     Attributes:
         joints: joints with friction.
@@ -118,8 +118,8 @@ def advise(
 ) -> Advice:
     """Find the cheapest model, method and tolerance whose outputs stay within ``error`` of the outputs of the full scene.
 
-    error: relative error (``ErrorMeasure``); until: end of the runs, s. SceneError for wrong input. SimulationError if fewer than
-    two methods run the scene to its end.
+    error: relative error (``ErrorMeasure``); until: end of the runs, s. Raises SceneError for wrong input. Raises SimulationError
+    if fewer than two methods run the scene to its end.
     """
     _check(error, outputs)
     what, end = make_error_measure(scene, outputs, norm), float(until or scene.simulation.until)
@@ -181,8 +181,8 @@ class _Ladder:
         return Advice(self.error, self.what, found, tuple(order), tuple(self.rungs), chosen, reduced, tuple(self.notes))
 
     def _add_rungs(self, keep: tuple[str, ...], dropped: list[FrictionInfluence]) -> bool:
-        """Add the rungs with friction in the joints ``keep``; returns whether a rung meets the requested error. If the
-        predicted error is far above the requested one (``SURE``), nothing is run, and the rung has the predicted error."""
+        """Add the rungs with friction in the joints ``keep``; returns whether a rung meets the requested error. If the predicted
+        error is far above the requested one (``SURE``), no model is run, and the rung gets the predicted error."""
         worst = max((i.predicted for i in dropped if math.isfinite(i.predicted)), default=0.0)
         if worst > SURE * self.error:
             self.rungs.append(Rung(keep, self.forms[-1] if keep else None, (), worst, None, predicted=True))
@@ -210,7 +210,7 @@ class _Ladder:
         return min(medians, key=medians.__getitem__, default=None)
 
     def _add_rung(self, keep: tuple[str, ...], form: FrictionForm | None, flat: tuple[str, ...], scene: Scene) -> Rung:
-        """Run a model, measure the error of the model itself and find its cheapest setting; adds the rung and returns it."""
+        """Run a model, measure the error of the model itself, find its cheapest setting, and add the rung. Returns the rung."""
         rung = Rung(keep, form, flat, math.nan, None)
         self.progress(rung.describe(), len(self.rungs), 0)
         try:

@@ -34,7 +34,7 @@ class FrictionForm:
 
 
 def friction_forms(scene: Scene) -> list[FrictionForm]:
-    """The forms of friction to try, from the coarsest form to the form of the scene."""
+    """The forms of friction that ``advise`` tries, from the coarsest form to the form of the scene."""
     exact = exact_law(scene)
     order = [law for law in (twin_of(exact), exact) if law]
     own = {law for j in scene.joints.values() if j.friction and (law := scene.law_of(j.friction))}
@@ -69,7 +69,7 @@ def make_planar(scene: Scene, until: float) -> tuple[Scene, list[str]]:
     until: end of the run that tests the motion, s. If the motion is not planar, returns the scene itself and [].
     """
     ideal = [n for n, j in scene.joints.items() if j.type == SPHERICAL.name and j.friction is None and j.drive is None]
-    able = [n for n in ideal if scene.joints[n].start is None]  # with a start, the two frames of a joint need not coincide
+    able = [n for n in ideal if scene.joints[n].start is None]  # with start values, a joint's two frames may differ
     axis = _plane_normal(scene, until) if able else None
     if axis is None:
         return scene, []
@@ -77,8 +77,8 @@ def make_planar(scene: Scene, until: float) -> tuple[Scene, list[str]]:
 
 
 def _plane_normal(scene: Scene, until: float) -> AxisName | None:
-    """The normal of the plane of motion: the world axis about which all rotations turn and along which no velocity has a component.
-    None if there is no such axis, or if some body's frame has no axis along the normal.
+    """The normal of the plane of motion. All rotations turn about this world axis, and no velocity has a component along it. None
+    if there is no such axis, or if some body's frame has no axis along the normal.
     """
     model = Model(scene, ["*.velocity[*", "*.angular_velocity[*", "*.orientation[*"])
     result = run(model, until, until / 50, Settings(rtol=1e-8))

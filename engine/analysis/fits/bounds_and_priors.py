@@ -1,4 +1,4 @@
-"""Bounds and priors of parameters, which express knowledge about their values before the measurement."""
+"""Bounds and priors of parameters. Both express what the user knows about the values before the measurement."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ RUN_SEPARATOR = " @ "
 
 @dataclass(frozen=True)
 class Prior:
-    """A normal or log-normal prior. mean, deviation: mean and standard deviation of the number itself, also for the log-normal
-    prior, in the same way as ``lognormal`` in samples."""
+    """A normal or log-normal prior. mean, deviation: mean and standard deviation of the number itself. Both values refer to the
+    number and not to its logarithm, even for a log-normal prior (as in ``lognormal`` of samples)."""
 
     kind: str
     mean: float
@@ -50,7 +50,8 @@ class Prior:
 
 @dataclass(frozen=True)
 class BoundsAndPriors:
-    """names: the m parameters; low, high (m): their bounds; priors: {index of the parameter: prior}."""
+    """Bounds and priors of m parameters. names: the parameters; low, high (m): the bounds; priors: {index of the parameter:
+    prior}."""
 
     names: tuple[str, ...]
     low: np.ndarray
@@ -95,8 +96,8 @@ def read_bounds_and_priors(
 
 
 def _comparisons(path: str, values: Mapping[str, float]) -> list[tuple[str, bool]]:
-    """The numbers of the same owner with which this number must be in order: (path of the other number, whether this number is the
-    upper one)."""
+    """For each number of the same owner that must be in order with this number: (path of the other number, whether this number is
+    the upper one)."""
     parsed = parse_path(path) or ()
     out = []
     for other in values:

@@ -63,8 +63,8 @@ def propose(found: Fit, trials: Mapping[str, Experiment | Mapping[str, Any]]) ->
     """Rank experiments by their D-optimal gain at the estimate of a fit, best first.
 
     The gain concerns the parameters that all runs share. A parameter with a separate value in each run would need to be estimated
-    from the new run as well. A prior with a standard deviation equal to the parameter's magnitude is assumed for each parameter.
-    The gain is therefore finite even if the data do not determine a parameter.
+    from the new run as well. The function assumes, for each parameter, a prior whose standard deviation is the parameter's
+    magnitude. The gain is therefore finite even if the data do not determine a parameter.
 
     Args:
         found: the fit.
@@ -104,7 +104,7 @@ def _parameter_sizes(found: Fit) -> np.ndarray:
 
 
 def _schur_complement(M: np.ndarray, shared: int) -> np.ndarray:
-    """The information about the first ``shared`` parameters if the other parameters are estimated as well."""
+    """The information matrix of the first ``shared`` parameters, if the other parameters are estimated as well."""
     A, B, C = M[:shared, :shared], M[:shared, shared:], M[shared:, shared:]
     return A - B @ np.linalg.pinv(C) @ B.T if C.size else A
 
@@ -131,7 +131,7 @@ def _evaluate(name: str, found: Fit, trial: Experiment, now: np.ndarray) -> Rank
 
 
 def _noise_of(column: str, trial: Experiment, known: Mapping[str, float]) -> float:
-    """Standard deviation with which an experiment measures a column. SceneError if it is unknown."""
+    """Standard deviation with which an experiment measures a column. Raises SceneError if the deviation is unknown."""
     given = trial.noise.get(column) if isinstance(trial.noise, Mapping) else trial.noise
     found = known.get(column) if given is None else given
     if found is None or not found > 0.0:

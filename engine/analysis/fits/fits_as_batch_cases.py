@@ -27,7 +27,7 @@ UNSETTLED, NO_FIT = "not_converged", "no_fit"
 """Outcomes in addition to ``done``. UNSETTLED: the search did not converge; NO_FIT: there is no fit, and ``outcome.advice`` gives
 the reason."""
 FIT_COLUMNS = {"candidate": "name of the candidate model", "answer": "the fit and the experiments ranked at its estimate, as JSON"}
-"""Text columns of a fit's row with their descriptions. They come before the column ``steps``."""
+"""Text columns of a fit's row with their descriptions. These columns come before the column ``steps``."""
 
 
 @dataclass(frozen=True, kw_only=True)

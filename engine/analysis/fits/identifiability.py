@@ -1,7 +1,7 @@
 """Groups of parameters that the data cannot distinguish, and the combinations of these parameters that the data determine.
 
-A group is a near-null direction of the derivatives by relative changes of the parameters (theory, "Intervals of fits"). The group
-is confirmed if the profile of each of its parameters is flat.
+A group is a direction of relative parameter changes along which the measured curves hardly change (theory, "Intervals of fits").
+The group is confirmed if the profile of each of its parameters is flat.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class UnidentifiableGroup:
         names: names of the parameters (p).
         determined: (exponents (p), relative standard deviation) of each combination that the data determine.
         product: whether combinations are products of powers. Otherwise they are sums, and ``determined`` holds coefficients.
-        exact: whether the parameters are indistinguishable for any noise, or only for the present noise.
+        exact: True if the data cannot distinguish the parameters at any noise; False if the data could with less noise.
         confirmed: whether the profiles of all its parameters are flat.
     """
 
@@ -97,7 +97,8 @@ class Spectrum:
 
 
 def slope_spectrum(J: np.ndarray, count: int, t: float, exact: bool) -> Spectrum:
-    """The spectrum of the derivatives J ((N + priors) × m), in units of the noise, by relative changes of the parameters.
+    """The spectrum of J ((N + priors) × m): the derivatives of the curves, in units of the noise, by relative changes of the
+    parameters.
 
     The first ``count`` rows of J belong to the data. The null directions follow from the data only; the deviations include the
     priors.
@@ -159,7 +160,7 @@ def find_unidentifiable(
         inner = found.covariance[np.ix_(at, at)]
         determined = tuple((tuple((e * scale).tolist()), float(math.sqrt(max(e @ inner @ e, 0.0)))) for e in combined)
         exact, confirmed = all(_is_in_span(basis[:, c], found.blind) for c in columns), all(flat(i) for i in at)
-        if len(at) > 1 or confirmed:  # the data determine a single parameter whose profile rises
+        if len(at) > 1 or confirmed:  # a single parameter with a rising profile is determined
             groups.append(UnidentifiableGroup(tuple(names[i] for i in at), determined, product, exact, confirmed))
     return tuple(groups)
 

@@ -63,7 +63,7 @@ class Objective:
         return len(self.unit)
 
     def residuals(self, u: np.ndarray) -> np.ndarray:
-        """The residuals r at u, from plain runs. SceneError or SimulationError if the runs fail."""
+        """The residuals r at u, from plain runs. Raises SceneError or SimulationError if the runs fail."""
         return self._with_priors(self.curves.values(u * self.unit), u)
 
     def slopes(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -81,8 +81,7 @@ class Objective:
     def search(self, u: np.ndarray) -> Any:
         """SciPy's result of a search from u within the bounds.
 
-        If one parameter must not exceed another, the search variables are the lower parameter and the excess of the higher one over
-        it.
+        If one parameter must not exceed another, the search variables are the lower parameter and the difference of both.
         """
         least_squares = brought("scipy.optimize", "analysis", "fit").least_squares
         T, low, high = np.eye(self.m), self.low.copy(), self.high.copy()

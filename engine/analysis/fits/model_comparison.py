@@ -19,8 +19,8 @@ from trunnion.scene.units.python_arguments import Names, names_given
 from trunnion.simulation.results.csv_and_parquet import finite
 
 CLEAR = 2.0
-"""A criterion does not decide between two models if its values differ by less than this. The better model is then less than e times
-as likely as the other."""
+"""A criterion does not decide between two models if its values differ by less than this value. The better model is then less than e
+times as likely as the other."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ def apply_candidate(
 ) -> tuple[Scene, tuple[str, ...], dict[str, Any]]:
     """(scene, parameters, bounds and priors) of a candidate. parameters, options: parameters and options of all candidates.
 
-    SceneError for a wrong law or wrong changes.
+    Raises SceneError for a wrong law or wrong changes.
     """
     if c.law and c.law not in LAWS:
         raise SceneError([Problem("law", f"{c.law!r} is not a friction law", f"one of {', '.join(LAWS)}")])
@@ -156,8 +156,8 @@ def apply_candidate(
 
 
 def rank_fits(fits: Mapping[str, Fit | str]) -> ModelComparison:
-    """The comparison of fits, {name: fit}. A text in place of a fit is the reason why there is no fit. SimulationError if there is
-    no fit at all."""
+    """The comparison of fits, {name: fit}. A text in place of a fit is the reason why there is no fit. Raises SimulationError if
+    there is no fit at all."""
     found = {n: f for n, f in fits.items() if isinstance(f, Fit) and f.criteria}
     failed = {n: f for n, f in fits.items() if isinstance(f, str)}
     rows, notes = weigh_models(
@@ -171,8 +171,8 @@ def weigh_models(
 ) -> tuple[list[ModelScore], tuple[str, ...]]:
     """The candidates (without their fits) ordered by BIC, best first, and notes.
 
-    criteria, notes: criteria and notes of each fit, by name; failed: {name: reason why there is no fit}. SimulationError if there
-    is no fit at all.
+    criteria, notes: criteria and notes of each fit, by name; failed: {name: reason why there is no fit}. Raises SimulationError if
+    there is no fit at all.
     """
     if not criteria:
         raise SimulationError("; ".join(f"candidate {n}: {why}" for n, why in failed.items()))

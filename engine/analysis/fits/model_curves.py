@@ -42,7 +42,7 @@ def parameter_names(shared: Sequence[str], own: Sequence[str], runs: Sequence[Me
 
 
 def start_values(scenes: Sequence[Scene], shared: Sequence[str], own: Sequence[str]) -> np.ndarray:
-    """The start values (m) of the parameters: numbers of the runs' scenes. SceneError for a path that is not a number."""
+    """The start values (m) of the parameters: numbers of the runs' scenes. Raises SceneError for a path that is not a number."""
     starts = [dict(zip([*shared, *own], parameter_values(s, [*shared, *own]), strict=True)) for s in scenes]
     return np.array([*(starts[0][p] for p in shared), *(s[p] for s in starts for p in own)])
 
@@ -69,19 +69,19 @@ class ModelCurves:
 
     @cached_property
     def plain(self) -> list[_PlainRuns]:
-        """For each measured run, the object that makes its plain runs."""
+        """For each measured run, an object that makes plain runs of the run's scene."""
         return [_PlainRuns(s, list(r.curves), r, self.rtol, self.exact) for s, r in zip(self.scenes, self.runs, strict=True)]
 
     @cached_property
     def differentiated(self) -> list[DifferentiatedRuns]:
-        """For each measured run, the object that makes its runs with derivatives."""
+        """For each measured run, an object that makes runs with derivatives of the run's scene."""
         paths = [*self.shared, *self.own]
         given = zip(self.scenes, self.runs, strict=True)
         return [DifferentiatedRuns(s, paths, list(r.curves), r.until, r.every, self.rtol) for s, r in given]
 
     def apply_order(self, values: np.ndarray) -> np.ndarray:
-        """Parameter values (m) in the required order. If the upper parameter of a pair is below the lower one, it is raised to the
-        lower one."""
+        """Parameter values (m) in the required order. If the upper parameter of a pair is below the lower one, the upper parameter
+        gets the value of the lower one."""
         out = np.array(values, float)
         for low, high in self.pairs:
             out[high] = max(out[high], out[low])
@@ -97,7 +97,7 @@ class ModelCurves:
         return apply(self.scenes[k], dict(zip(paths, values[self._indices(k)].tolist(), strict=True)))
 
     def values(self, values: np.ndarray) -> np.ndarray:
-        """The curves (N) at the parameter values (m). SceneError or SimulationError if the runs fail."""
+        """The curves (N) at the parameter values (m). Raises SceneError or SimulationError if the runs fail."""
         if (known := self._known.get(np.ascontiguousarray(values).tobytes())) is not None:
             return known[0]
         values = self.apply_order(values)
@@ -116,7 +116,7 @@ class ModelCurves:
                 if values[high] < values[low]:  # apply_order set ``high`` to the value of ``low``
                     found[1][:, low] += found[1][:, high]
                     found[1][:, high] = 0.0
-            while len(self._known) >= MOST_CACHED:  # keep the first entry: searches start at its values
+            while len(self._known) >= MOST_CACHED:  # the first entry stays, because searches start there
                 del self._known[list(self._known)[1]]
             self._known[key] = found
         return self._known[key]
@@ -142,7 +142,7 @@ class ModelCurves:
                 moved[i] += step
                 try:
                     ends.append((moved[i], self.values(moved)))
-                except SceneError:  # outside the parameter's bounds: one-sided difference
+                except SceneError:  # a bound prevents this step: use a one-sided difference
                     ends.append((v, middle))
             (a, up), (b, down) = ends
             columns.append((up - down) / (a - b))
@@ -160,7 +160,7 @@ class _PlainRuns:
         self.model = Model(scene, names)
 
     def __call__(self, scene: Scene) -> np.ndarray:
-        """The chosen columns at the measured times, concatenated to one vector. SimulationError if the run ends early."""
+        """The chosen columns at the measured times, concatenated to one vector. Raises SimulationError if the run ends early."""
         built = build_with_starts(scene)
         model = self.model
         if built.system != model.system or built.parameters.paths != model.built.parameters.paths:

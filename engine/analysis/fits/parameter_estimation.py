@@ -126,8 +126,8 @@ def fit(
         rtol: relative tolerance of the runs.
         runs: several measured runs, in place of ``time`` and ``measured``.
         own: paths of parameters with a separate value in each run, such as start values; these are named ``PATH @ RUN``.
-        noise: standard deviation of the curves, SI units: one value for all, or {column: value}. By default it is estimated, with
-            one value for all curves of the same unit.
+        noise: standard deviation of the curves, SI units: one value for all, or {column: value}. By default the noise is estimated,
+            with one value for all curves of the same unit.
         bounds: {path: (low, high)}, in addition to the bounds of the scene's numbers; None means no bound.
         priors: {path: "normal(mean, deviation)" or "lognormal(mean, deviation)"}.
         level: confidence level of the intervals, a probability.

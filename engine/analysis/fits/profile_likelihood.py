@@ -38,7 +38,7 @@ LEAST_RISE = 0.3
 NEARLY_ZERO = 1e-6
 """An estimate counts as zero if its magnitude, relative to its start value, is below this value."""
 SEARCH_RANGE = 10.0
-"""The search for an end gives up at this multiple of the estimate. For parameters of any sign, it gives up at the estimate ± this
+"""The search for an end stops at this multiple of the estimate. For parameters of any sign, the search stops at the estimate ± this
 many magnitudes."""
 LEAST_FALL = 1e-2
 """A fit counts as better if its sum of squares is below the minimum by this multiple of the square of the threshold."""
@@ -75,7 +75,8 @@ class Interval:
 
 
 def threshold(level: float, nu: float) -> float:
-    """√rise at the ends of an interval: from χ²(1), or from F(1, ν) for noise estimated with ν degrees of freedom."""
+    """√rise at the ends of an interval. The threshold follows from χ²(1), or from F(1, ν) for noise estimated with ν degrees of
+    freedom."""
     special, p = brought("scipy.special", "analysis", "fit"), 0.5 + 0.5 * level
     return float(special.ndtri(p) if math.isinf(nu) else special.stdtrit(nu, p))
 
@@ -99,7 +100,8 @@ class Profiles:
     def fit_others(self, k: int, u: np.ndarray, J: Rows) -> tuple[np.ndarray, Rows, float]:
         """Minimise over all parameters except k, starting from u; returns (u, J, rise). Broyden's update keeps J current.
 
-        BetterFitFound if the sum of squares is below the minimum. SceneError or SimulationError if the run at u fails.
+        Raises BetterFitFound if the sum of squares is below the minimum. Raises SceneError or SimulationError if the run at u
+        fails.
         """
         others = [i for i in range(len(u)) if i != k]
         r = self.objective.residuals(u)
@@ -146,8 +148,8 @@ class Profiles:
         return step
 
     def _predict(self, k: int, u: np.ndarray, J: Rows, to: float) -> np.ndarray:
-        """u with parameter k set to a value. The other parameters change as the derivatives predict: positive parameters are
-        multiplied by factors, and amounts are added to the rest."""
+        """The vector u with parameter k set to a value. The other parameters change as the derivatives predict: positive parameters
+        are multiplied by factors, and amounts are added to all other parameters."""
         others = [i for i in range(len(u)) if i != k]
         by_factor = (self.objective.low >= 0.0) & (u > 0.0)
         by_factor[k] &= to > 0.0
@@ -223,8 +225,8 @@ class Profiles:
         return True
 
     def _find_end(self, k: int, sign: float, deviation: float) -> tuple[float, str, list[tuple[float, float]]]:
-        """(end, kind, points (value, rise) of the profile) on one side, by secant steps on √rise, which is a nearly linear
-        function."""
+        """(end, kind, points (value, rise) of the profile) on one side. The search makes secant steps on √rise, which is a nearly
+        linear function."""
         far, is_bound = self._search_limit(k, sign, deviation)
         u, J, stalled = self.u, self.J, 0
         inner, outer = (float(u[k]), 0.0), None
@@ -260,12 +262,13 @@ class Profiles:
         return self._interpolate(inner, outer), "found", points
 
     def _is_near_zero(self, k: int, to: float) -> bool:
-        """Whether the value of a positive parameter is below a tenth of its estimate. At such a value, the search for an end may
-        give up."""
+        """Whether the value of a positive parameter is below a tenth of the estimate. At such a value, the search for an end may
+        stop."""
         return bool(self.objective.low[k] == 0.0 < to <= self.u[k] / SEARCH_RANGE)
 
     def _next_value(self, k: int, inner: tuple[float, float], outer: tuple[float, float] | None, tried: float) -> float:
-        """The next value to try: between the points below and above the threshold, or further out if no point is above it."""
+        """The next value to try: between the points below and above the threshold, or further out if no point is above the
+        threshold."""
         if outer is None:
             return float(self.u[k]) + (tried - float(self.u[k])) * min(
                 max(1.02 * self.t / max(inner[1], 1e-12), 1.05), MOST_WIDENING

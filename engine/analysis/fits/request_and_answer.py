@@ -49,7 +49,7 @@ class FitRequest:
         return tuple(self.candidates) or ("",)
 
     def of(self, scene: Scene, name: str) -> tuple[Scene, tuple[str, ...], dict[str, Any]]:
-        """(scene, parameters, bounds and priors) of the fit ``name``. SceneError for a wrong law or wrong changes."""
+        """(scene, parameters, bounds and priors) of the fit ``name``. Raises SceneError for a wrong law or wrong changes."""
         extra = {"bounds": self.bounds, "priors": self.priors}
         return apply_candidate(scene, self.candidates.get(name, Candidate()), self.parameters, extra)
 
@@ -124,13 +124,13 @@ def _experiment_problems(scene: Scene, q: FitRequest, trial: Experiment, first: 
 
 
 def answer_fit(scene: Scene, q: FitRequest, name: str) -> dict[str, Any]:
-    """One fit, and the experiments ranked at its estimate, as plain data. SceneError or SimulationError if the fit fails."""
+    """One fit, and the experiments ranked at its estimate, as plain data. Raises SceneError or SimulationError if the fit fails."""
     own, names, extra = q.of(scene, name)
     found = fit(own, names, None, None, None, q.rtol, runs=q.runs, own=q.own, level=q.level, intervals=q.intervals, **extra)
     told = found.document()
     try:
         ranked = propose(found, q.trials) if q.trials else ()
-    except SceneError as e:  # an experiment can be invalid only at the estimate
+    except SceneError as e:  # a valid experiment may become invalid at the estimate
         ranked = ()
         told["notes"] += [f"experiments: {p}" for p in e.problems]
     return {"fit": told, "experiments": [p.document() for p in ranked]}

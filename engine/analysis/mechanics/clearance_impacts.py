@@ -117,7 +117,7 @@ def knocks(result: Result, clearance: Mapping[str, float] | float) -> list[Clear
 
 
 def _why_not(j: sm.Joint | None) -> str:
-    """The reason why a joint's clearance cannot be analysed."""
+    """The reason why ``knocks`` cannot analyse a joint's clearance."""
     if j is None:
         return "is not a joint of this scene"
     kind = REGISTRY[j.type]
@@ -146,7 +146,7 @@ def _find_impacts(r: Result, name: str, c: float) -> list[ClearanceImpact]:
 
 
 def _dips(size: np.ndarray) -> Iterator[tuple[int, int, int]]:
-    """For each dip of a force's size, three rows: the maximum before it, the least force, and the maximum after it."""
+    """For each dip of a force's size, three rows: the maximum before the dip, the least force, and the maximum after the dip."""
     tops = [0, *(i for i in range(1, len(size) - 1) if size[i - 1] < size[i] >= size[i + 1]), len(size) - 1]
     for first, last in pairwise(tops):
         if last - first >= LEAST:
@@ -154,7 +154,7 @@ def _dips(size: np.ndarray) -> Iterator[tuple[int, int, int]]:
 
 
 def _cross_dip(time: np.ndarray, driven: np.ndarray, c: float) -> tuple[float, float, float, np.ndarray, np.ndarray] | None:
-    """The crossing in a dip, as ``_crossing`` returns it. driven (n×3): acceleration of the pin, m/s²."""
+    """The crossing in a dip, in the form that ``_crossing`` returns. driven (n×3): acceleration of the pin, m/s²."""
     both = np.linalg.norm(driven[[0, -1]], axis=1)
     if not both.min() > 0.0 or driven[0] @ driven[-1] / both.prod() > REVERSES:
         return None
@@ -183,8 +183,8 @@ def _impact(
 def _crossing(
     time: np.ndarray, driven: np.ndarray, c: float, begin: float
 ) -> tuple[float, float, float, np.ndarray, np.ndarray] | None:
-    """(time of departure, duration of the flight, normal speed at the impact, position at departure, position at impact);
-    positions (3) in m.
+    """(time of departure, duration of the flight, normal speed at the impact, position at departure, position at impact). Positions
+    (3) are in m.
 
     None if the pin does not cross. time (n): s; driven (n × 3): acceleration of the pin, m/s²; c: clearance, m; begin: time, s, at
     which the pin still rests on its side. From there, the pin's motion along the bearing is critically damped.
@@ -224,8 +224,8 @@ def _crossing(
 
 
 def _flight(a: Any, s0: np.ndarray, v0: np.ndarray, at: float, end: float) -> tuple[float, float, np.ndarray]:
-    """(duration, normal speed, position) at the end of a flight to the circle through s0. The flight starts at s0 with velocity v0
-    and has acceleration a(t).
+    """(duration, normal speed, position) at the end of a flight inside the circle through s0. The flight starts at s0 with velocity
+    v0 and has acceleration a(t).
 
     NaN if the point does not reach the circle before ``end``.
     """
@@ -237,7 +237,7 @@ def _flight(a: Any, s0: np.ndarray, v0: np.ndarray, at: float, end: float) -> tu
         return np.asarray(v0 * (t - at) + way(t) - way(at) - rate(at) * (t - at))
 
     def outside(t: float) -> float:
-        return float(moved(t) @ (moved(t) + 2 * s0))  # |s|² − |s0|², without cancellation
+        return float(moved(t) @ (moved(t) + 2 * s0))  # |s|² − |s0|² in a form without cancellation
 
     inside = False
     ts = at + (end - at) * np.linspace(0.0, 1.0, STEPS + 1)[1:] ** 3  # the first instants are denser, to resolve short flights

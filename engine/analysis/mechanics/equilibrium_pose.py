@@ -134,10 +134,10 @@ def coordinates(system: System, y: np.ndarray) -> dict[str, tuple[float, ...]]:
 
 
 def find_rest(scene: sm.Scene) -> MechanismAtRest:
-    """The scene in its pose of rest: dampers bring it to rest from its start, with the loads of t = 0. Newton's method then finds
-    the exact pose.
+    """The scene in its pose of rest. Dampers bring the mechanism to rest from its start, with the loads of t = 0. Newton's method
+    then finds the exact pose.
 
-    SimulationError if no pose of rest is found.
+    Raises SimulationError if no pose of rest is found.
     """
     still = MechanismAtRest(scene)
     slow, fast = still.model.built.numbers.rate, _fastest_rate(still)
@@ -161,12 +161,12 @@ def find_rest(scene: sm.Scene) -> MechanismAtRest:
 
 
 def _size(still: MechanismAtRest, rate: float) -> float:
-    """Largest acceleration at rest, relative to its scale ``rate``² (rate in 1/s)."""
+    """Largest acceleration at rest, relative to the scale ``rate``² (rate in 1/s)."""
     return float(np.abs(still.accelerations()).max(initial=0.0)) / max(rate**2, 1e-300)
 
 
 def _fastest_rate(still: MechanismAtRest) -> float:
-    """The rate scale of the mechanism or, if higher, the rate of its fastest swing about the start, 1/s."""
+    """The larger of two rates, 1/s: the rate scale of the mechanism, and the rate of its fastest swing about the start."""
     stiffness = still.reduced()[0]
     swings = np.abs(np.linalg.eigvals(stiffness)) if stiffness.size else np.zeros(1)
     return max(still.model.built.numbers.rate, math.sqrt(float(swings.max())))
@@ -197,7 +197,7 @@ def _damped(scene: sm.Scene, damping: Mapping[str, np.ndarray]) -> sm.Scene:
 
 
 def hold_signals(scene: sm.Scene) -> sm.Scene:
-    """The scene with every load at its value of t = 0."""
+    """The scene with every load constant at its value of t = 0."""
     joints = {n: replace(j, **_held_fields(j)) for n, j in scene.joints.items()}
     return replace(scene, joints=joints, forces={n: replace(f, **_held_fields(f)) for n, f in scene.forces.items()})
 

@@ -113,7 +113,7 @@ class BandSearch:
     def _excess(self, j: Joint, k: int, way: float) -> float:
         """Largest share (friction over capacity) of all pairs, minus 1, after freedom k has moved by ``way``, rad or m. A pose that
         is impossible, or in which a freedom without friction accelerates, gives 1. Contacts that only push keep their state of the
-        start; if this is impossible, they are open."""
+        start; if this is impossible, these contacts are open."""
         q, numbers = self.at.copy(), self.built.numbers
         at = state_coordinates(j)
         if j.kind.coordinate_of(k) >= 0:
@@ -129,7 +129,7 @@ class BandSearch:
         return next((x for x in excesses if x is not None), 1.0)
 
     def _excess_of(self, model: Model, moved: Numbers) -> float | None:
-        """The result of ``_excess`` with the start values ``moved``; None if a mechanism cannot have these start values."""
+        """The result of ``_excess`` for the start values ``moved``; None if the mechanism cannot have these start values."""
         block = model.block
         block.take(moved, np.array(self.built.parameters.values))
         block.configure(Settings(rtol=1e-9))

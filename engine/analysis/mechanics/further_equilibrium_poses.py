@@ -18,15 +18,15 @@ one coordinate, SEVERAL for all others."""
 MOST = 8
 """Largest number of further poses of rest; a chain of n pendulums has 2ⁿ."""
 SAME = 1e-7
-"""Two poses count as the same if their coordinates differ by less than this, in rad or relative to the scene's length. Newton's
-method is accurate to 1e-13."""
+"""Two poses count as the same if their coordinates differ by less than this value, in rad or relative to the scene's length.
+Newton's method is accurate to 1e-13."""
 NEUTRAL = 1e-9
 """A direction counts as without stiffness if its stiffness, relative to the largest stiffness, is below this value (round-off is
 1e-13)."""
 
 
 def kind_of(still: MechanismAtRest) -> tuple[str, bool]:
-    """("stable", "neutral" or "unstable", whether no neighbouring pose is a pose of rest)."""
+    """(kind, isolated). kind: "stable", "neutral" or "unstable". isolated: whether no neighbouring pose is a pose of rest."""
     stiffness, _, _ = still.reduced()
     if not stiffness.size:
         return "stable", True
@@ -38,8 +38,8 @@ def kind_of(still: MechanismAtRest) -> tuple[str, bool]:
 
 def other_rests(still: MechanismAtRest) -> Iterator[tuple[np.ndarray, str]]:
     """(coordinates (nq), kind) of further isolated poses of rest, at most MOST. Newton's method starts from the pose of ``still``,
-    and from each pose found, with one coordinate moved. Nothing is yielded for mechanisms with ball joints, whose poses of rest are
-    rarely isolated, or with contacts that begin and end. ``still`` keeps its pose."""
+    and from each pose found, with one coordinate moved. Two kinds of mechanisms give no poses: those with ball joints, whose poses
+    of rest are rarely isolated, and those with contacts that begin and end. ``still`` keeps its pose."""
     system = still.system
     if system.unilateral or any(j.kind.quaternion >= 0 for j in system.tree) or not kind_of(still)[1]:
         return

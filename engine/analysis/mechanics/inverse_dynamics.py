@@ -27,8 +27,8 @@ DEGREE = 5
 order in the spacing of the times."""
 ORDERS = ("q", "qd", "qdd")
 LED = 1e-3
-"""The rates at one time predict the pose at the next time. If the assembled pose differs from the prediction by more than this, rad
-or m, the pose is assembled again from the prediction. (The smallest tooth of a wheel spans 6e-3 rad.)"""
+"""The rates at one time predict the pose at the next time. If the assembled pose differs from the prediction by more than this
+value, rad or m, the pose is assembled again from the prediction. (The smallest tooth of a wheel spans 6e-3 rad.)"""
 
 
 @dataclass(frozen=True)

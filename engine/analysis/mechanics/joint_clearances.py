@@ -61,8 +61,8 @@ def restrict_mobility(B: np.ndarray, play: Play, R: np.ndarray) -> np.ndarray:
 
 
 def free_mobility(r: Result, name: str) -> Callable[[int], np.ndarray]:
-    """A function from the index of a row to the mobility of the free joint (6×6, inboard joint frame). It maps a force and torque
-    between the parts of the joint to their relative acceleration, in the mechanism without the joint."""
+    """A function from the index of a row to the mobility of the free joint (6×6, inboard joint frame). The mobility maps a force
+    and torque between the parts of the joint to the parts' relative acceleration, in the mechanism without the joint."""
     bare: dict[str, Any] = dict.fromkeys(LEFT_OUT)
     joints = {n: replace(x, **bare) for n, x in r.scene.joints.items()}
     own = replace(joints[name], type=FREE.name, effort=(1.0,) * 6, drive=None, cut=False)

@@ -56,7 +56,7 @@ def kinematics(
 
 
 def prescribed(scene: sm.Scene) -> sm.Scene:
-    """The scene without loads, friction and stiffnesses. SceneError if a freedom is not determined by the drives."""
+    """The scene without loads, friction and stiffnesses. Raises SceneError if a freedom is not determined by the drives."""
     bare = without_forces(scene)
     still = MechanismAtRest(bare)
     left = still.allowed()

@@ -41,7 +41,7 @@ def open_contacts(scene: sm.Scene, opened: Collection[str]) -> sm.Scene:
 
 
 class MechanismAtRest:
-    """A scene at rest in its start pose, with closed loops. SimulationError if the loops cannot be closed."""
+    """A scene at rest in its start pose, with closed loops. Raises SimulationError if the loops cannot be closed."""
 
     def __init__(self, scene: sm.Scene):
         self.scene, self.model = scene, Model(scene, ("energy.kinetic",))

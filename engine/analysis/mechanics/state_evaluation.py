@@ -18,7 +18,8 @@ def evaluate(model: Model, q: Mapping[str, Sequence[float]], qd: Mapping[str, Se
     Args:
         model: the compiled scene.
         q: for each tree joint in the mapping, all its coordinates, rad or m. Coordinates of driven freedoms are ignored. Joints
-            that are not in the mapping keep their start values. The state must close the loops, because it is not assembled.
+            that are not in the mapping keep their start values. The state must close the loops, because the function does not
+            assemble it.
         qd: for each tree joint in the mapping, all its rates, rad/s or m/s.
         t: time, s.
 

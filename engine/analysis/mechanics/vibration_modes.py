@@ -95,7 +95,7 @@ def modes(
     values, vectors = np.linalg.eig(whole) if n else (np.zeros(0), np.zeros((0, 0)))
     fastest = float(np.abs(values).max(initial=0.0))
     found: list[VibrationMode] = []
-    idle = 0  # number of zero eigenvalues so far; a freedom without stiffness has two
+    idle = 0  # zero eigenvalues so far; a freedom without stiffness has two
     for value, vector in sorted(zip(values, vectors.T, strict=True), key=lambda p: (abs(p[0].imag), -p[0].real)):
         creeps = abs(value) <= SLOW * fastest
         idle += creeps
@@ -115,7 +115,8 @@ def _mode(value: complex, shape: np.ndarray, names: Sequence[str], fastest: floa
 
 
 def _locked(still: MechanismAtRest, held: Sequence[str]) -> list[np.ndarray]:
-    """Rows over the rates (nv) that must be zero if the joints ``held`` are held. SimulationError for a cut joint."""
+    """Linear functions of the rates (rows of nv numbers) that are zero while the joints ``held`` are held. Raises SimulationError
+    for a cut joint."""
     cut = [j for j in still.system.cuts if j.name in held]
     if cut:
         raise SimulationError(f"{cut[0].name} is a loop's cut joint and cannot be held: set cut: true on another joint of the loop")

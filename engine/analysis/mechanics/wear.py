@@ -28,8 +28,8 @@ FEW = 24
 """The run is repeated with rows inside its steps if fewer rows than this lie between two successive events of end stops or latches.
 The number corresponds to four polynomials through six rows each."""
 COARSE = 1e-4
-"""The load of a joint is computed from all rows and from every second row. If the two differ by more than this fraction, the run is
-also repeated."""
+"""The load of a joint is computed from all rows and from every second row. If the two loads differ by more than this fraction, the
+run is also repeated."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,8 @@ def _has_brief_forces(r: Result) -> bool:
 
 
 def _has_few_rows(r: Result, name: str, j: sm.Joint) -> bool:
-    """Whether the joint's load from every second row differs at some row from the load from all rows by more than COARSE."""
+    """Whether the result has too few rows for the joint's load. The load is computed from all rows, and from every second row; the
+    two loads differ by more than COARSE at some row."""
     element = touching(j)
     if element is None or not element.count:
         return False
@@ -163,8 +164,8 @@ Found = list[tuple[int, ContactWear, np.ndarray]]
 
 
 def _joint(r: Result, name: str, j: sm.Joint, element: ContactElement, k: float | None, ends: np.ndarray) -> Found:
-    """For each contact: (number, wear, worn volume (n) up to each row, m³; without k the load, J). ends: times, s, across which no
-    polynomial extends."""
+    """For each contact: (number, wear, worn volume (n) up to each row, m³; if k is None, the load, J). ends: times, s, across which
+    no polynomial extends."""
     assert j.friction is not None
     rubbed, speeds, pairs = _load_rates(r, name, j, element)
     places = element.places(_sizes(j, element))

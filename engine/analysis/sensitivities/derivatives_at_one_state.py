@@ -33,8 +33,8 @@ _kept: dict[tuple[Any, ...], Sensitivities] = {}
 class SensitivityUnit:
     """The functions of one structure, with one set of parameter values.
 
-    The unit returns the values f = [F; R; V; H; L] (``motion`` in ``parts.derivatives.linear_and_sensitivity_units``). F holds the
-    rates of the ny states and of the nquad integrals. Other sizes: na active constraint rows, ne friction multipliers, np
+    The unit returns the values f = [F; R; V; H; L; G] (``motion`` in ``parts.derivatives.linear_and_sensitivity_units``). F holds
+    the rates of the ny states and of the nquad integrals. Other sizes: na active constraint rows, ne friction multipliers, np
     parameters (the kernel's, then the external inputs).
     """
 
@@ -51,7 +51,7 @@ class SensitivityUnit:
         self.wo = np.zeros(self.n["o_point"] + 1)
         self.nz = self.na + self.ne
         self.width = self.ny + self.nz + self.np + 1
-        self._by_each = np.zeros((self.nz, self.width))  # seeds: a unit change of each multiplier
+        self._by_each = np.zeros((self.nz, self.width))  # one seed for a unit change of each multiplier
         self._by_each[:, self.ny : self.ny + self.nz] = np.eye(self.nz)
         self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # memory for the derivatives along the seeds ``_by_each``
         self._factored: tuple[Any, ...] | None = None
@@ -79,8 +79,8 @@ class SensitivityUnit:
         return out[:, : self.n["values"]].T
 
     def solve(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Solve the residuals for the multipliers by Newton's method from the guess z; returns (f, z). SimulationError if Newton's
-        method does not converge."""
+        """Solve the residuals for the multipliers by Newton's method from the guess z; returns (f, z). Raises SimulationError if
+        Newton's method does not converge."""
         if self.nz == 0:
             return self.evaluate(x, y, z).copy(), z
         a = self.ny + self.nquad
@@ -100,7 +100,7 @@ class SensitivityUnit:
         return f, z
 
     def keep_size(self, z: np.ndarray) -> None:
-        """From now on, judge convergence relative to at least OPENING times the largest multiplier in z."""
+        """In later calls of ``solve``, judge convergence relative to at least OPENING times the largest multiplier in z."""
         self.least = max(self.least, OPENING * float(np.abs(z).max(initial=0.0)))
 
     def multiplier_derivatives(self) -> np.ndarray:
@@ -111,7 +111,7 @@ class SensitivityUnit:
         return self._by_z_rows[:, : self.n["values"]].T
 
     def _solve(self, b: np.ndarray) -> np.ndarray:
-        """Solve ∂R/∂z Δz = b for Δz. Redundant constraints give the solution of least (scaled) norm."""
+        """Solve ∂R/∂z Δz = b for Δz. With redundant constraints, the result is the solution of least (scaled) norm."""
         if self.nz == 1:
             return b / self.Rz[self.ny + self.nquad, 0]
         rows, columns, solved = self._factorise()
@@ -138,7 +138,7 @@ class SensitivityUnit:
         return self._factored
 
     def total_derivatives(self, S: np.ndarray, dp: np.ndarray, dt: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """Total derivatives (df, dz) of f and of the multipliers, for seeds S of y (ny × m), dp of p (np × m) and dt of time.
+        """Total derivatives (df, dz) of f and of the multipliers. Seeds: S of y (ny × m), dp of p (np × m), dt of time.
 
         The derivatives are taken at the point of the last ``solve``.
         """
@@ -179,8 +179,8 @@ class SensitivityUnit:
 
 
 def _by_factors(lu: np.ndarray, pivots: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """A function that solves A x = b by the triangular factors of A, one right-hand side at a time. For several at once, LAPACK
-    would start threads, which takes much longer."""
+    """A function that solves A x = b by the triangular factors of A, one right-hand side at a time. With several at once, LAPACK
+    starts threads and takes much longer."""
     return lambda b: np.array([lapack.dgetrs(lu, pivots, right)[0] for right in b.T]).T
 
 
@@ -196,8 +196,8 @@ def _least_squares(A: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def _functions(model: Model, chosen: list[Column]) -> Sensitivities:
-    """The unit's functions, which the bytecode of the scene evaluates. The last MOST_KEPT units are kept, because later requests
-    often have the same structure. Units have no state, so several requests can use one."""
+    """The unit's functions, which the bytecode of the scene evaluates. The cache keeps the last MOST_KEPT units, because later
+    requests often have the same structure. Units have no state, so several requests can share a unit."""
     system, parameters, quadratures, _ = model.kernel.structure
     key = (model.kernel.key, *(c.name for c in chosen))
     found = _kept.pop(key, None)

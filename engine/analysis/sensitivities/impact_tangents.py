@@ -25,7 +25,8 @@ TOGETHER = 1e-6
 """Contacts count as closing together for all parameters if the derivatives of their instants are nearly equal: within this value,
 relative to their size."""
 FREE, RATE, IMPULSE = range(3)
-"""What a phase of an impact prescribes for a contact: no impulse (FREE), its rate after the phase, or its impulse."""
+"""Quantity of a contact that a phase of an impact prescribes: zero impulse (FREE), the rate after the phase (RATE), or the impulse
+(IMPULSE)."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ class ImpactTangents:
         return Crossing(dy - np.outer(after[:n], shift), self.contacts[at[0]].name, shift, spread <= TOGETHER * size)
 
     def _closes(self, c: int, phase: Phase, f: np.ndarray) -> bool:
-        """Whether contact c was open before the impact and takes part in it with a rate of approach."""
+        """Whether contact c was open before the impact, takes part in the impact, and approaches."""
         contact = self.contacts[c].unilateral
         assert contact is not None
         was_open = self.step.x[self.unit.system.external.stop(contact.flag)] < 0.5
@@ -129,8 +130,8 @@ class ImpactTangents:
         return y, dy, (phase.impulses, h * dz)
 
     def _stuck_rows(self, x: np.ndarray) -> Iterator[tuple[int, int]]:
-        """(row among the residuals, index of the rate) of each component of a pair that sticks in a phase. SimulationError for a
-        pair of several components that slides, because the impact turns the direction of its friction."""
+        """(row among the residuals, index of the rate) of each component of a pair that sticks in a phase. Raises SimulationError
+        for a pair of several components that slides, because the impact turns the direction of the pair's friction."""
         u, at = self.unit, self.n + self.unit.n["residuals"]
         for j in u.system.frictional:
             assert j.friction is not None

@@ -1,4 +1,5 @@
-"""Derivatives of a run's initial data by a scene's parameters: run-time parameters, start state, times of kinks in signals.
+"""Derivatives of a run's initial data by a scene's parameters. The initial data are run-time parameters, the start state, and times
+of kinks in signals.
 
 The initial data are algebraic functions of the parameters (mass from density, loop assembly). Finite differences of order six with
 a relative step of a hundredth give their derivatives to about 1e-12. Finite differences are never applied to the trajectory itself.
@@ -85,7 +86,7 @@ def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]
             hint = f'did you mean "{near}"?' if near else "use the paths of --set, each of a single number"
             problems.append(Problem("parameters", f"{name!r} is not a number of the scene", hint))
         for path in dependent_paths(following, name) if known else ():
-            in_table = "table" in (parse_path(path) or ())[2:]  # skip the second key: the user may have chosen the name "table"
+            in_table = "table" in (parse_path(path) or ())[2:]  # skip the second key, a name that may be "table"
             if path.startswith("simulation.") or in_table:
                 what = "a table" if in_table else "a setting of the run"
                 said = f"{name} belongs to {what}" if path == name else f"{name} acts on {path}, {what}"
@@ -97,12 +98,12 @@ def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]
 
 def dependent_paths(following: DependentNumbers | None, name: str) -> list[str]:
     """Paths of the scene's numbers that depend on ``name``. For a number, this is its own path; for a parameter, all numbers whose
-    expressions depend on it. following: the result of ``_following``."""
+    expressions depend on the parameter. following: the result of ``_following``."""
     return following.of([parameter(name)]) if following and parameter(name) else [name]
 
 
 def _following(scene: Scene, names: Sequence[str]) -> DependentNumbers | None:
-    """The numbers of the scene that depend on its parameters; None if none of the names is the name of a parameter."""
+    """The numbers of the scene that depend on its parameters; None if no name is that of a parameter."""
     return DependentNumbers(scene) if any(map(parameter, names)) else None
 
 
@@ -144,7 +145,7 @@ class ParameterLine:
 
 
 def _step_limit(path: str, value: float, slope: float, size: float) -> float:
-    """Largest change of a parameter for which a dependent number at ``path`` changes by at most its own magnitude.
+    """Largest change of a parameter that changes a dependent number at ``path`` by at most this number's magnitude.
 
     value: the dependent number; slope: its derivative by the parameter; size: magnitude of the parameter. A dependent number
     without bounds may be small by chance. Its magnitude is therefore taken as at least a tenth of the change that ``size`` causes.
@@ -166,9 +167,9 @@ def _differentiate(model: Model, line: ParameterLine) -> tuple[np.ndarray, ...]:
 
 
 def _linear(model: Model, line: ParameterLine, h: float) -> tuple[np.ndarray, ...] | None:
-    """The result of ``_differentiate`` for initial data that are linear in the number up to round-off. Two other scenes, at unequal
-    distances on both sides, test the linearity: nonlinear terms could cancel in both only by chance. None if some of the data are
-    not linear."""
+    """The result of ``_differentiate`` for initial data that depend linearly on the number, up to round-off. Two other scenes, at
+    unequal distances on both sides, test the linearity: nonlinear terms could cancel in both scenes only by chance. None if some of
+    the data are not linear."""
     scenes = _neighbour(model, line, -2 * h), model.built, _neighbour(model, line, 3 * h)
     low, own, high = (_start_numbers(model, built) for built in scenes)
     for a, b, c in zip(low, own, high, strict=True):
@@ -182,8 +183,9 @@ def _differences(model: Model, line: ParameterLine, h: float, weights: Weights) 
 
 
 def table_entries(model: Model, lines: Sequence[ParameterLine]) -> dict[str, int]:
-    """Index in the table of parameters of every number that is an entry of the table and changes nothing else of the scene. This is
-    tested with one other scene, in which all these numbers differ. If the test fails, a separate scene tests each number."""
+    """Index in the table of parameters of every number that is an entry of the table and changes nothing else of the scene. The
+    function tests all these numbers together with one other scene, in which they all differ. If this test fails, the function tests
+    each number with a separate scene."""
     places = {line.name: model.built.parameters.place(line.name) for line in lines}
     tried = [line for line in lines if places[line.name] is not None]
     found = {line.name: place for line in tried if (place := places[line.name]) is not None}
@@ -193,7 +195,8 @@ def table_entries(model: Model, lines: Sequence[ParameterLine]) -> dict[str, int
 
 
 def _are_entries(model: Model, lines: Sequence[ParameterLine], places: Mapping[str, int]) -> bool:
-    """Whether a scene with other numbers differs only in these entries of the table, and the entries equal the numbers."""
+    """Whether a scene with other numbers differs from the given scene only in these entries of the table, and these entries equal
+    the numbers."""
     own = model.built
     for sense in (1.0, -1.0):
         values = {line.name: line.value + sense * STEP * line.size for line in lines}
@@ -224,7 +227,7 @@ def _by_entry(model: Model, line: ParameterLine, place: int) -> tuple[np.ndarray
 
 
 def _neighbour(model: Model, line: ParameterLine, step: float) -> Built:
-    """The scene with the number changed by ``step``. SceneError if its structure differs."""
+    """The scene with the number changed by ``step``. Raises SceneError if the structure of this scene differs."""
     built = build_with_starts(line.at(step))
     if built.parameters.paths != model.built.parameters.paths or built.system != model.built.system:
         raise SceneError([_structural_problem(line)])

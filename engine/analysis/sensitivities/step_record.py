@@ -58,10 +58,10 @@ class StepRecord:
     """A recorded run of n steps.
 
     Attributes:
-        time, y, after: time, s, state and external values before the first step, then at the end of each step (n + 1 rows).
+        time, y, after: time (s), state and external values before the first step, then at the end of each step (n + 1 rows).
         x: external values during each step, with frozen modes (n rows).
         stages: multipliers of the first steps, at each row of K of the method (at most n rows).
-        solved: whether ``stages`` has the step's multipliers, which requires that no event has cut the step (n).
+        solved: whether ``stages`` has the step's multipliers (n). False if an event has cut the step.
         changes_mode, sample, impact: as in ``RecordedStep``, of each step (n rows).
         samples: sample times, the start included, s.
         passed: number of samples before the first step, then up to the end of each step (n + 1).
@@ -91,7 +91,7 @@ class StepRecord:
 
 def record_steps(model: Model, samples: np.ndarray, every: float, rtol: float, tick: Tick) -> StepRecord:
     """Run with rk8 from the assembled start through all sample times, which are multiples of ``every`` and the end (s).
-    SimulationError if the run fails, or if its audit finds the run inaccurate."""
+    Raises SimulationError if the run fails, or if its audit finds the run inaccurate."""
     settings, end = bl.Settings(rtol=rtol, method=RK8.name), samples[-1]
     model.block.configure(settings)
     rows = np.zeros((len(samples) + 1, model.block.width))

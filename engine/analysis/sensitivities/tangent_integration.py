@@ -1,5 +1,5 @@
-"""Integrates tangents along recorded steps in C (``runtime/hosts/tangent_integration.c``). Where the multipliers of a state have
-no clear solution in C, Python finds them. The caller treats events."""
+"""Integrates tangents along recorded steps in C (``runtime/hosts/tangent_integration.c``). If C finds no clear solution for the
+multipliers of a state, Python computes them. The caller treats events."""
 
 from __future__ import annotations
 
@@ -129,8 +129,8 @@ class TangentMarch:
         return made, left
 
     def evaluate(self, t: float, y: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(f, df, dz) at a state with the present S: the unit's values, and the derivatives of these values and of the
-        multipliers by the parameters."""
+        """(f, df, dz) at a state with the present S. f: the unit's values. df, dz: derivatives of f and of the multipliers by the
+        parameters."""
         u, n = self.unit, self.unit.ny + self.unit.nquad
         f, df = np.zeros(u.n["values"]), np.zeros((self.m, u.n["values"]))
         y, x = np.ascontiguousarray(y), np.ascontiguousarray(x)

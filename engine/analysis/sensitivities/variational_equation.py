@@ -72,7 +72,7 @@ class SensitivityIntegrator:
             unit.keep_size(run.stages)
 
     def complete(self, k: int, step: RecordedStep) -> None:
-        """Change S by the event and the kinks at the end of step k."""
+        """Update S for the event and the kinks at the end of step k."""
         kinks = np.flatnonzero(self._kinks_at(step.t1))
         if step.impact[0]:
             self._cross_impact(step)
@@ -82,7 +82,8 @@ class SensitivityIntegrator:
             self._cross_event(k, step)
 
     def kinks_of(self, run: StepRecord) -> np.ndarray:
-        """Whether each step of a run ends at a kink of a signal, if the times of kinks depend on a parameter."""
+        """For each step of a run: whether the step ends at a kink of a signal. False for all steps if no time of a kink depends on
+        a parameter."""
         return np.logical_and(self.moved, np.logical_or.reduce(self._kinks_at(run.time[1:, None]), axis=1))
 
     def _kinks_at(self, t: np.ndarray | float) -> np.ndarray:
@@ -92,7 +93,7 @@ class SensitivityIntegrator:
         return np.asarray(np.abs(at - t) <= 1e-12 * np.maximum(1.0, np.abs(at)))
 
     def _occurrence(self, t: np.ndarray | float) -> np.ndarray:
-        """For each kink, the number (from 0) of its occurrence closest to t."""
+        """For each kink, the number (from 0) of the kink's occurrence closest to t."""
         first, period = self.breaks.T
         since = t - first
         number = np.divide(since, period, out=np.zeros(since.shape), where=period > 0.0)
@@ -121,7 +122,7 @@ class SensitivityIntegrator:
         self.events.append(EventShift(step.t1, joint, shift))
 
     def _cross_impact(self, step: RecordedStep) -> None:
-        """Change S by an impact of joints that only push."""
+        """Update S for an impact of joints that only push."""
         x, x1 = step.x.copy(), step.x1.copy()
         x[INSIDE] = 0.5 * (step.t0 + step.t1)
         x1[INSIDE] = step.t1 + (step.t1 - step.t0) * 1e-6
@@ -134,8 +135,9 @@ class SensitivityIntegrator:
             self.notes.append(f"t = {step.t1:.6g} s: contacts close at one instant that parameters would separate")
 
     def _only_stops_change(self, step: RecordedStep) -> bool:
-        """Whether an event at the step's end belongs only to end stops and to contacts that open. Their forces are continuous at
-        these events. If ẏ jumps at such an event, the jump is only the error of the event's location times a stop's stiffness."""
+        """Whether an event at the step's end belongs only to end stops and to contacts that open. The forces of both are
+        continuous at these events. If ẏ jumps at such an event, the jump is only the error of the event's location times a
+        stop's stiffness."""
         changed = step.x != step.x1
         for j in self.unit.system.frictional:
             assert j.friction is not None
@@ -148,7 +150,7 @@ class SensitivityIntegrator:
         return j.unilateral is not None and x[self.at.stop(j.unilateral.flag)] < 0.5
 
     def _find_lifted_hook(self, step: RecordedStep, f: np.ndarray) -> tuple[int, str] | None:
-        """(row of its event function, joint) of a hook that releases at the step's end."""
+        """A hook that releases at the step's end: (row of the hook's event function, joint)."""
         u, system = self.unit, self.unit.system
         first = u.ny + u.nquad + u.n["residuals"] + u.n["rates"] + u.n["holds"]
         for j in system.joints:
@@ -263,9 +265,9 @@ class SensitivityIntegrator:
 
 
 def _directional_pairs(system: System) -> np.ndarray:
-    """The integers ``tr_tangents.turn`` of each pair of several components whose friction has a frozen direction. They are the
-    index of its mode among the external values, its number of components, and the state indices of its rates (padded with
-    zeros)."""
+    """The integers ``tr_tangents.turn`` of each pair of several components whose friction has a frozen direction. The integers are
+    the index of the pair's mode among the external values, the number of components, and the state indices of the pair's rates
+    (padded with zeros)."""
     found: list[list[int]] = []
     for j in system.frictional:
         assert j.friction is not None

@@ -33,7 +33,7 @@ class State:
         joints: the joints with friction.
         drives: efforts of drives, N or N m, by name.
         loads: amount of the examined load, N or N m, by name.
-        endless: whether the state is a direction of unbounded growth: a self-stress of unit contact forces.
+        endless: whether the state is a direction in which forces can grow without bound: a self-stress of unit contact forces.
     """
 
     joints: dict[str, JointState]
@@ -88,7 +88,7 @@ class PairBounds:
         normal_force: sum of the contacts' normal forces with friction at the limit, N; the capacity is μ_s times this sum.
         friction: friction at the surface, N; signed for pairs of one freedom, otherwise the magnitude.
         share: friction divided by capacity.
-        exact: whether the capacity is exact. If several states are in equilibrium, only bounds of a shaft's capacity are known.
+        exact: whether the capacity is exact. For a shaft with several states of equilibrium, only bounds of the capacity are known.
     """
 
     joint: str
@@ -111,7 +111,7 @@ class Breakaway:
 
     Attributes:
         guaranteed: amount up to which no motion can begin; NaN if the present load is not held.
-        possible: amount beyond which no state holds.
+        possible: amount beyond which no state of equilibrium exists.
         joints: joints that slide in the first motion.
     """
 

@@ -119,8 +119,8 @@ class Search:
             self.value, self.X = value, at
 
     def _parts(self, cell: Cell, answer: Answer) -> list[Cell]:
-        """The parts of a cell, cut where its relaxation is worst. Returns the cell itself if only tangents are missing, which the
-        next visit adds, and [] if the relaxation is exact."""
+        """The parts of a cell, which is cut where its relaxation is worst. If only tangents are missing, returns the cell itself:
+        the next visit adds the tangents. Returns [] if the relaxation is exact."""
         j = self._worst(cell, answer)
         if j is None:
             return [cell] if len(self.linear.missing(answer)) else []

@@ -57,7 +57,7 @@ def first_cell(program: Program, X: np.ndarray, budget: SearchBudget) -> Cell:
 
 def _narrow(relaxation: Relaxation, j: int, v: np.ndarray, cell: Cell) -> None:
     """Add or narrow the cone of term j in the cell, if the vector of the term stays within a half space. The homogeneous programs
-    scale states down, not up, so that none exceeds the limit ``FAR``."""
+    scale states by factors of at most 1, so that no state exceeds the limit ``FAR``."""
     size, V = float(np.linalg.norm(v)), relaxation.program.terms[j]
     if size < NARROW:
         return
@@ -79,8 +79,8 @@ def _narrow(relaxation: Relaxation, j: int, v: np.ndarray, cell: Cell) -> None:
 
 
 def _corners(spans: list[tuple[float, float]]) -> list[np.ndarray]:
-    """Corners of a simplex that contains the box of these spans. For one span, the corners are its two ends. For two spans, they
-    are the corners of a triangle with twice the sides of the box."""
+    """Corners of a simplex that contains the box of these spans. For one span, the corners are its two ends. For two spans, the
+    corners form a triangle with twice the sides of the box."""
     low, size = np.array([a for a, _ in spans]), np.array([b - a for a, b in spans]) * len(spans)
     return [low, *(low + row for row in np.diag(size))]
 

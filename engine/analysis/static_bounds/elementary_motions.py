@@ -56,7 +56,7 @@ def motions(st: Statics, pairs: tuple[Pair, ...], freed: int | None = None) -> t
     W = [_surface_velocities(st, p) @ free for p in pairs]
     every = np.vstack(W) if W else np.zeros((0, free.shape[1]))
     unheld = _null_space(every, free.shape[1])
-    rest = np.linalg.qr(unheld, mode="complete")[0][:, unheld.shape[1] :]  # basis of the motions that friction resists
+    rest = np.linalg.qr(unheld, mode="complete")[0][:, unheld.shape[1] :]  # a basis of the motions that friction resists
     found: list[Motion] = []
     for tried, chosen in enumerate(_resting_sets(W, rest)):
         if tried >= MOST:

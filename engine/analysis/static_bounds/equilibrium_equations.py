@@ -106,7 +106,7 @@ TINY = 1e-12
 
 
 def statics(scene: Scene) -> Statics:
-    """The equilibrium of a scene at its start pose, at rest. SimulationError if the pose cannot be assembled."""
+    """The equilibrium of a scene at its start pose, at rest. Raises SimulationError if the pose cannot be assembled."""
     asked, notes = hold_drives(scene)
     _refuse_efficiency_tables(asked)
     built = build(asked)

@@ -91,8 +91,8 @@ def space(st: Statics, pairs: tuple[Pair, ...], load: int | None = None) -> Spac
     if load is not None:
         now[load] = 0.0
     e = st.constant + st.by_load @ now
-    smooth = [st.eta0 + k for j in st.joints if not j.element.sets for k in j.rubs.eta]  # η of pairs without friction at rest: 0
-    light = range(st.eta0 - len(st.system.light), st.eta0)  # multipliers that remove an added inertia: 0 at rest
+    smooth = [st.eta0 + k for j in st.joints if not j.element.sets for k in j.rubs.eta]  # pairs without friction at rest have η = 0
+    light = range(st.eta0 - len(st.system.light), st.eta0)  # at rest, the multipliers that remove an added inertia are 0
     zero = [*light, *smooth]
     strands, pull = _strands(st, E.shape[1])
     E, e = np.vstack([E, np.eye(E.shape[1])[zero], strands]), np.concatenate([e, np.zeros(len(zero)), pull])
@@ -111,8 +111,8 @@ def space(st: Statics, pairs: tuple[Pair, ...], load: int | None = None) -> Spac
 
 
 def _strands(st: Statics, columns: int) -> tuple[np.ndarray, np.ndarray]:
-    """(rows, constants) of the equations of belts: the second multiplier is the sum of the tensions, which is a linear function of
-    the first multiplier."""
+    """(rows, constants) of the equations of belts. In these equations, the second multiplier is the sum of the tensions, a linear
+    function of the first multiplier."""
     rows, constants = np.zeros((0, columns)), np.zeros(0)
     for j in st.joints:
         found = j.element.contact.tensions
@@ -126,8 +126,8 @@ def _strands(st: Statics, columns: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _driving_row(st: Statics, width: int, joint: FrictionJoint) -> np.ndarray:
-    """The driving force of teeth as a row over x (width). SceneError if the reactions of the joint depend on several multipliers of
-    the loop constraints."""
+    """The driving force of teeth as a row over x (width). Raises SceneError if the reactions of the joint depend on several
+    multipliers of the loop constraints."""
     by = np.linalg.norm(st.reaction[joint.reactions, : st.eta0], axis=0)
     found = np.flatnonzero(by > RANK * by.max(initial=0.0))
     if len(found) > 1:

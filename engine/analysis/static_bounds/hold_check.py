@@ -99,7 +99,7 @@ def _bounds(
     a = admissible_states(st, pairs, self_stress, limits)
     balanced, there = a.space.misses <= NEVER, a.there
     begin = find_onsets(a, found) if there else []
-    if begin and not a.space.open:  # there is only one state, and the kernel's laws decide whether it holds
+    if begin and not a.space.open:  # with a single state, the kernel's laws decide whether the state holds
         there, begin = answer.holds, []
     unheld += sum(not is_pushed(a, m) for m in found) if there else 0
     holds = "no" if there is False else "possible" if begin or there is None else "certain"

@@ -103,8 +103,8 @@ class Relaxation:
         return found
 
     def missing(self, a: Answer) -> np.ndarray:
-        """The cuts for norms that the solution underestimates. Norms of one component get no cut: they have all their cuts from the
-        beginning. Only the tolerance of the linear program makes the solution underestimate them."""
+        """The cuts for norms that the solution underestimates. Norms of one component get no cut, because all their cuts exist from
+        the beginning. Only the tolerance of the linear program makes the solution underestimate such a norm."""
         size = self.program.norms(a.X)
         return self._tangents(a.X, size - a.t > 1e-10 * np.maximum(1.0, size))
 
@@ -119,13 +119,13 @@ class Relaxation:
 
     def climb(self, X: np.ndarray, low: float, close: float, rounds: int = 20) -> np.ndarray | None:
         """The best state of a descent from X; None if no admissible state is found. low: lower bound of the value. close: the
-        descent ends if a step gains less than this.
+        descent ends if a step gains less than this value.
 
-        The linear programs of the descent replace norms that must be large by their tangents. A tangent never exceeds its norm, so
+        The linear programs of the descent replace each norm that must be large by its tangent. A tangent never exceeds its norm, so
         the solutions are admissible.
         """
         best, value, missed, stalls, p = None, np.inf, np.inf, 0, self.program
-        if float(np.abs(X).max()) < 1e-9:  # X = 0, where norms have no tangents, is replaced by another start
+        if float(np.abs(X).max()) < 1e-9:  # norms have no tangents at X = 0: use another start
             X = np.append(np.zeros(self.n - 1), 1.0)
         for _ in range(rounds):
             if self.is_over():

@@ -39,8 +39,8 @@ class Load:
 
 
 def release_drives(scene: sm.Scene, built: Built, poses: dict[str, tuple[float, ...]]) -> tuple[sm.Scene, tuple[Load, ...]]:
-    """(the scene in which an effort replaces every drive and a constant amount replaces every load; its loads, first those that
-    replace drives).
+    """(the scene with an effort in place of every drive and a constant amount in place of every load; the loads of this scene,
+    those in place of drives first).
 
     built: the given scene after ``build``; poses: {joint with drives: start coordinates, rad or m}.
     """
@@ -119,7 +119,7 @@ def _fixed_friction(name: str, f: sm.Friction, known: dict[str, float]) -> sm.Fr
 def _force(
     name: str, f: sm.Applied, known: dict[str, float], uses: dict[str, list[tuple[str, float]]]
 ) -> tuple[sm.Applied, list[Load]]:  # fmt: skip
-    """(the force with constant components, list with a load for its amount along its direction at the start)."""
+    """(the force with constant components, list with one load: the amount of the force along its direction at the start)."""
     if not isinstance(f, sm.Force | sm.Torque):
         return f, []
     given, field = (f.force, "force") if isinstance(f, sm.Force) else (f.torque, "torque")

@@ -104,7 +104,7 @@ def state_of(a: AdmissibleStates, X: np.ndarray, endless: bool) -> State:
 
 
 def end(a: AdmissibleStates, found: Found, sign: float, scale: float) -> End:
-    """The end of an interval, from the minimisation of sign · quantity."""
+    """An end of the interval of a quantity, from a minimisation of sign · quantity."""
     if found.X is None:
         return End(None, float(sign * found.bound * scale), None, found.cells)
     state = state_of(a, found.X / found.X[-1] if found.X[-1] > 0.0 else found.X, found.endless or found.X[-1] <= 0.0)
@@ -141,7 +141,7 @@ def pair_bounds(a: AdmissibleStates, i: int) -> PairBounds:
         largest = _extreme(b, own, -1.0, 1.0, least) if pressed else End(None, 1.0, None, 0)
         found.append((normal, Interval(_extreme(b, own, 1.0, 1.0, most, 0.0), largest)))
     normals, share = [n for n, _ in found], [s for _, s in found]
-    if all(i.least.certified == np.inf for i in share):  # no state presses the pair, so its share is 0
+    if all(i.least.certified == np.inf for i in share):  # no state presses the pair, so the share is 0
         share = [Interval(End(0.0, 0.0, i.least.state, i.least.cells), End(0.0, 0.0, i.least.state, i.least.cells)) for i in share]
     friction = interval(a, Row(a.program.terms[size][0]) if len(pair.eta) == 1 else own, a.space.scale)
     kind, exact = a.space.statics.joint(pair.joint).element.joint.kind_name, all(c.exact for c in pair.capacities)
@@ -160,8 +160,8 @@ def _over(row: Row, divisor: float) -> Row:
 
 
 def _least_force(a: AdmissibleStates, least: Row | None, static: float) -> End:
-    """The least normal force. Its certified value is negative if the lower bound of the capacity can be negative, and 0 if no lower
-    bound is known."""
+    """The least normal force. The certified value is negative if the lower bound of the capacity can be negative. The certified
+    value is 0 if no lower bound is known."""
     if least is None:
         return End(None, 0.0, None, 0)
     floor = 0.0 if min(least.norms.values(), default=0.0) >= 0.0 else -np.inf
@@ -193,7 +193,7 @@ def _certain(e: End) -> End:
 
 def _states_by_sense(a: AdmissibleStates, i: int) -> list[tuple[Row, Row | None, AdmissibleStates]]:
     """(upper bound of the capacity, lower bound or None, admissible states with this capacity) for all senses of a pair's friction
-    that have different capacities. If the capacity is exact, it is both bounds."""
+    that have different capacities. An exact capacity is both bounds."""
     made, pair, V = a.holds[i], a.space.pairs[i], a.program.terms[a.sizes[i]][0]
     out = []
     for c in pair.capacities:
@@ -247,7 +247,7 @@ def feasible(a: AdmissibleStates, program: Program) -> bool | None:
 
 def is_pushed(a: AdmissibleStates, m: Motion) -> bool:
     """Whether any load may push the pairs of a motion. If not, there is only one state, in which the pairs carry no friction. The
-    motion then does not begin by itself, although the pairs could not resist it."""
+    motion then does not begin by itself, although the pairs could not resist the motion."""
     if a.space.open:
         return True
     return any(float(np.abs(a.program.terms[a.sizes[i]][0]).max(initial=0.0)) > FEASIBLE for i in m.moving)

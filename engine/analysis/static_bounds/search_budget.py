@@ -21,8 +21,8 @@ class SearchBudget:
         self.short = 0
 
     def begin(self, part: float = 0.0) -> None:
-        """Begin a search. Its time is an equal share of the remaining time, or the fraction ``part`` of the remaining time if that
-        is longer."""
+        """Begin a search. The time of the search is an equal share of the remaining time, or the fraction ``part`` of the remaining
+        time if that is longer."""
         now = time.monotonic()
         self.until = now + max(0.0, self.end - now) * max(part, 1.0 / max(1, self.searches))
         self.searches -= 1

@@ -41,7 +41,7 @@ class PairHold:
         capacity: largest friction at the surface, N.
         unique: whether the share is uniquely determined.
         sticks: whether the pair stays at rest. A pair with a share above 1 still stays at rest if another pair slips first and
-        thereby reduces the load of this pair.
+            thereby reduces the load of this pair.
     """
 
     joint: str
@@ -83,7 +83,7 @@ class HoldReport:
 def hold(scene: Scene) -> HoldReport:
     """Statics of the scene at its start pose, at rest, with every frictional pair held.
 
-    SimulationError if the pose cannot be assembled or if the statics have no solution.
+    Raises SimulationError if the pose cannot be assembled or if the statics have no solution.
     """
     asked, taken = hold_drives(scene)
     model = Model(asked)
@@ -134,7 +134,7 @@ def start_at_rest(model: Model) -> tuple[int, np.ndarray]:
     """Assemble the scene and begin a run at rest; returns (status, first row (columns + 1)). A status that reports a friction
     failure is a valid result here.
 
-    SimulationError if the loops cannot be closed.
+    Raises SimulationError if the loops cannot be closed.
     """
     settings, block = bl.Settings(rtol=1e-9), model.block
     block.configure(settings)

@@ -116,7 +116,8 @@ class Program:
         return np.array([1.0 if r.when is None else r.when[1] * np.sign(self.terms[r.when[0]][0] @ X) for r in self.rows])
 
     def scaled(self, X: np.ndarray) -> np.ndarray | None:
-        """The positive multiple of X whose normal row equals 1; None if there is none. Without a normal row, returns X itself."""
+        """The positive multiple of X whose normal row equals 1; None if no multiple has this property. Without a normal row, the
+        result is X itself."""
         if self.normal is None:
             return X
         size = self.normal.value(X, self.norms(X))

@@ -34,8 +34,8 @@ Place = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Box:
-    """A box. low, high: opposite corners on the grid; curvature: deviation of the result from linear interpolation, relative to
-    its range."""
+    """A box. low, high: opposite corners on the grid; curvature: deviation of the result from linear interpolation, relative to the
+    range of the result."""
 
     low: Place
     high: Place
@@ -52,8 +52,8 @@ class Box:
 
 @dataclass(frozen=True)
 class BoxRefinement(Study):
-    """A request of a refinement. of: name of the result, or OUTCOME; tolerance: least width of a box, relative to the ranges.
-    Revision 1 ended as soon as a whole round exceeded the allowed number of cases."""
+    """The request of a refinement. of: name of the result, or OUTCOME; tolerance: least width of a box, relative to the ranges.
+    With revision 1, the search ends as soon as a whole round would exceed the allowed number of cases."""
 
     kind = "refine"
     of: str

@@ -6,8 +6,8 @@ The first search begins at the best case of an initial sample. The second search
 in each round.
 
 A search for a target value also uses the sign of the difference from the target. As soon as cases lie on both sides of the target,
-``root_bracket`` searches between two of them for a place at which the result equals the target. If the result jumps across the
-target between the two cases, the evolution strategy continues.
+``root_bracket`` takes a case from each side. Between the two cases, it searches for a place at which the result equals the target.
+If the result jumps across the target between the two cases, the evolution strategy continues.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ MOST_JUMPS = 3
 
 @dataclass(frozen=True)
 class Optimisation(Study):
-    """A request of an optimisation. Revision 1 did not search between two cases.
+    """The request of an optimisation. With revision 1, there is no search between two cases.
 
     Attributes:
         own: the scene's own values of the varied numbers, SI units.
@@ -96,8 +96,8 @@ class Optimisation(Study):
 
     def _between(self, tried: _Trials, report: Callable[[dict[str, Any]], None]) -> Generator[np.ndarray, CaseResults, bool]:
         """Search for the target between the best case and the nearest case on the other side of the target. Returns whether the
-        best case then has the target value. Each pair of cases is tried once; after MOST_JUMPS searches without success, no search
-        is made."""
+        best case then has the target value. Each pair of cases is tried once; after MOST_JUMPS searches without success, there is
+        no further search."""
         pair = tried.pair() if self.goal == "reach" and self.revision >= REVISION and not tried.reached() else None
         if pair is None or tried.jumps == MOST_JUMPS:
             return False

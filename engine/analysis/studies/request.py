@@ -43,7 +43,7 @@ class StudyRequest:
         goals: only for "optimise": {goal: result}, where goal is one of GOALS; for "reach": {"reach": (result, value)}.
         within: constraints {result: (low, high)}; None means no bound.
         of: only for "refine": a result, or "outcome".
-        revision: revision of the search; stored studies keep theirs.
+        revision: revision of the search; a stored study keeps its revision.
     """
 
     kind: str

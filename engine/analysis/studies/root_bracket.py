@@ -17,8 +17,8 @@ def bracketed_root(
 ) -> Generator[float, float, bool]:
     """Search for a root of a residual on a segment. first, second: residuals at its ends (0 and 1), of opposite signs. enough:
     residual that counts as 0. narrow, most: width of the bracket and number of steps at which the search ends. The generator yields
-    places on the segment, receives their residuals (NaN for a failed case, which ends the search), and returns whether it has found
-    a root. A jump across zero is not a root."""
+    places on the segment and receives their residuals. A failed case has the residual NaN and ends the search. The generator
+    returns whether it has found a root. A jump across zero is not a root."""
     a, b, c = 1.0, 0.0, 0.0  # the root lies between a and b; c is the previous point
     fa, fb, fc = second, first, first
     share = 0.5

@@ -133,7 +133,7 @@ class ReportedCases:
         self.start, self.values = start, np.array(values, float)
 
     def __call__(self, start: int, stop: int) -> np.ndarray:
-        """The parameter values of the cases from start to stop − 1. RuntimeError for cases that were not reported."""
+        """The parameter values of the cases from start to stop − 1. Raises RuntimeError for cases that were not reported."""
         found = self.values[max(0, start - self.start) : stop - self.start]
         if start < self.start or len(found) < stop - start:
             raise RuntimeError(f"the parameter values of the cases {start} to {stop - 1} are unknown here")
@@ -146,7 +146,7 @@ def study_cases(study: Study, values: Callable[[int, int], np.ndarray]) -> Cases
 
 
 def results_of(table: pyarrow.Table, start: int, stop: int, names: Sequence[str]) -> CaseResults:
-    """The results of the cases from start to stop − 1. The table may lack some of these cases and may hold others."""
+    """The results of the cases from start to stop − 1. The table may lack some of these cases, and may contain further cases."""
     outcomes = [MISSING] * (stop - start)
     numbers = {n: np.full(stop - start, np.nan) for n in names}
     cases = table["case"].to_numpy()

@@ -1,5 +1,5 @@
-"""A scene with one friction law, compiled once and run with any settings. A failed run raises no error; it is reported as a
-result."""
+"""A scene with one friction law, compiled once and run with any settings. A failed run raises no error: its result states the
+failure."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ def measure_work_precision(
     progress: Progress = lambda *_: None,
     show: Callable[[list[Measurement]], None] = lambda _: None,
 ) -> WorkPrecision:
-    """Measure a valid scene. A failed run becomes a point with its outcome. SceneError for outputs that do not exist.
+    """Measure a valid scene. A failed run becomes a point with its outcome. Raises SceneError for outputs that do not exist.
 
     show: called with the points of each method, first with error control, then with fixed steps, as soon as they are measured."""
     request = request or WorkPrecisionRequest()
@@ -78,7 +78,7 @@ def _exact_variant(scene: Scene, laws: list[FrictionVariant]) -> FrictionVariant
 
 
 def _make_model(study: WorkPrecision, v: FrictionVariant) -> BenchmarkModel:
-    """The scene compiled with a law. Adds its reference to the study."""
+    """Compile the scene with a law, and add the law's reference solution to the study. Returns the compiled scene."""
     out = make_benchmark_model(study.scene, v, study.measure, study.until, study.request.samples)
     found = find_reference(out)
     if found is None:
@@ -103,8 +103,8 @@ def _build_times(ready: BenchmarkModel) -> list[tuple[str, float]]:
 
 
 def _settings(study: WorkPrecision, ready: BenchmarkModel) -> list[list[Settings]]:
-    """For each method its tolerances, from loose to tight. If the request includes fixed steps, then also for each method its fixed
-    steps, from long to short."""
+    """The tolerances of each method, from loose to tight. If the request includes fixed steps, also the fixed steps of each method,
+    from long to short."""
     request = study.request
     able = methods(ready.scene)
     chosen = [m for m in able if not request.methods or m in request.methods]

@@ -1,4 +1,4 @@
-"""The machine that measures: its description, and pinning to one core, which makes repeats comparable."""
+"""Description of the machine that measures, and pinning of the process to one core, which makes repeats comparable."""
 
 from __future__ import annotations
 

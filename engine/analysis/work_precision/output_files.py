@@ -16,7 +16,7 @@ from trunnion.plots.style.figure_files import reduce_colours, save_figure
 
 
 def make_folder(path: str | os.PathLike[str]) -> Path:
-    """The folder; a missing folder is created. SceneError if the folder cannot be created or written."""
+    """The folder ``path``, which is created if it is missing. Raises SceneError if the folder cannot be created or written."""
     folder = Path(path)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -28,7 +28,8 @@ def make_folder(path: str | os.PathLike[str]) -> Path:
 
 
 def write_work_precision(study: WorkPrecision, folder: str | os.PathLike[str]) -> list[Path]:
-    """Write all four files into a folder (a missing folder is created); returns the paths. SceneError for an unusable folder."""
+    """Write all four files into a folder (a missing folder is created); returns the paths. Raises SceneError for an unusable
+    folder."""
     target = make_folder(folder)
     drawn = draw_work_precision(study)
     out = [save_figure(drawn, target / "chart.svg"), reduce_colours(save_figure(drawn, target / "chart.png", dpi=100))]

@@ -104,7 +104,7 @@ def _cone(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adam
 
 
 def _at_rest(w: Wrench, eta: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[SX, list[SX]]:
-    """f_n and n f_n of a ball at rest, from its friction torque m. From m = r n × f_c follows n = −cosφ f̂ + sinφ f̂ × m̂
+    """f_n and n f_n of a ball at rest, from its friction torque m. The relation m = r n × f_c gives n = −cosφ f̂ + sinφ f̂ × m̂
     with sinφ = |m|/(r F). The friction ratio tanφ is limited to HELD_MOST · μ_static, as in ``ratio_held``."""
     f, m = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in eta]
     F, M = ca.sqrt(dot(f, f) + TINY), ca.sqrt(dot(m, m) + TINY)
@@ -119,7 +119,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     law = laws[0]
     if law.sets:
         return [_set_contact(w, rates, law, g, eta)]
-    if law.kinks:  # branch and direction of this instant, not those frozen over the step or selected by Adams' friction
+    if law.kinks:  # branch and direction at this instant, instead of frozen ones or those of Adams' friction
         law.frozen = list(rates)
         law.flag = ca.fabs(_speeds(w, rates, laws, g, False)[0]) >= law.kink
     fn, nfn = load_of(w, rates, law, g)
@@ -127,7 +127,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _pressed_in(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-    """f_n n. Without friction, this vector is −f_c; with friction, it is along the contact normal."""
+    """The vector f_n n. Without friction, this vector is −f_c; with friction, it has the direction of the contact normal."""
     f = [w["f1"], w["f2"], w["f3"]]
     if not laws:
         return [-x for x in f]
@@ -148,7 +148,7 @@ def _set_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], eta:
     normal = _spin_normal(w, rates, law)
     spin = -dot(normal, f)
     held, vector = _at_rest(w, eta, law, g)
-    inside = _cone(w, rates, [law], g, False)[0] < 0  # computed, because Adams' friction never sets the flag
+    inside = _cone(w, rates, [law], g, False)[0] < 0  # computed here, because Adams' friction never sets the flag
     values = [
         ca.if_else(law.stuck, rest, ca.if_else(inside, turning, sliding))
         for sliding, turning, rest in zip((fn, *nfn), (spin, *(spin * x for x in normal)), (held, *vector), strict=True)

@@ -53,7 +53,7 @@ class BallContact(NamedTuple):
         return ca.sqrt(self.FF / (1 + self.mue2)), n
 
     def turning(self) -> list[SX]:
-        """n × f, by (ω×f)×f = (f·ω) f − f² ω and F²/f_n = f_n (1 + μ_e²)."""
+        """n × f. The code uses (ω×f)×f = (f·ω) f − f² ω and F²/f_n = f_n (1 + μ_e²)."""
         fn, wf = ca.sqrt(self.FF / (1 + self.mue2)), cross(self.way, self.f)
         share, across = self.fw / fn, self.k * fn * (1 + self.mue2)
         return [across * self.way[i] - self.k * share * self.f[i] - self.kk * share * wf[i] for i in range(3)]
@@ -83,7 +83,7 @@ def ball_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> B
         if drag is not None:
             drag = drag * speed
             half, square = along2 * mue * drag, 1 + along2 * drag * drag
-            u2 = (u2 / (ca.sqrt(half * half + square * u2) + half)) ** 2  # the positive root u, in a form without cancellation
+            u2 = (u2 / (ca.sqrt(half * half + square * u2) + half)) ** 2  # formula without cancellation for the positive root u
         u2 = ca.if_else(law.tilt > 0, law.tilt * law.tilt, u2)
         u = ca.sqrt(u2)
         mue = mue if drag is None else mue + drag * u
@@ -131,7 +131,8 @@ def slope_of(f: list[SX], rates: list[SX], law: Law, g: Mapping[str, SX]) -> SX 
 
 
 def drag_of(rates: list[SX], omega: list[SX], law: Law, g: Mapping[str, SX]) -> SX | None:
-    """Viscous part of μ_e, divided by |ω|. Uses the true speed, even if a direction frozen at rest replaces ω (``Law.moving``)."""
+    """Viscous part of μ_e, divided by |ω|. The speed is the true one, even if a direction frozen at rest replaces ω
+    (``Law.moving``)."""
     if law.drag is None:
         return None
     return law.drag * g["radius"] * ca.sqrt((dot(rates, rates) + TINY) / (dot(omega, omega) + TINY))

@@ -1,8 +1,8 @@
 """Friction of a cam follower, which the paper does not treat (theory, "Cams").
 
 The force on the follower is normal to the curve; friction acts along the surface. The joint frame is fixed to the contact: e2 is
-the normal towards the follower, e3 the sliding direction. A roller is treated as a slider, whose μ is that of the roller's pin
-times pin radius / roller radius."""
+the normal towards the follower, e3 the sliding direction. The model treats a roller as a slider. The slider's μ is the μ of the
+roller's pin, times pin radius / roller radius."""
 
 from __future__ import annotations
 

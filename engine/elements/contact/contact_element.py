@@ -50,8 +50,8 @@ class Contact:
     vector   force times the outward unit normal on the pin (3 components); a contact without force needs no direction
     plane    indices of the axes for the cosine and the sine of the contact's angle
     inboard  whether ``vector`` and ``plane`` refer to the inboard joint frame; otherwise, to the pin's frame
-    watched  vector that passes through zero when the contact changes sides; default: ``vector``. For teeth, the component along
-    their motion, because their force rotates by less than 180° when they change flanks. """
+    watched  vector that passes through zero when the contact changes sides; default: ``vector``. For teeth, the component of the
+             force along the teeth's motion, because this force rotates by less than 180° when the teeth change flanks."""
 
     force: SX
     vector: tuple[SX, SX, SX]
@@ -79,8 +79,8 @@ PARTS = ("pin", "inboard", "outboard")
 
 @dataclass(frozen=True)
 class Place:
-    """Position of a contact. From the joint point go ``along`` (m) in the direction of joint axis ``axis`` (0, 1, 2) of the part
-    ``on``, then ``arm`` (m) along the outward normal.
+    """Position of a contact. The distance from the joint point is ``along`` (m) in the direction of joint axis ``axis`` (0, 1, 2)
+    of the part ``on``, and ``arm`` (m) along the outward normal.
 
     on    "pin" for the part with the pin, or "inboard" or "outboard"
     pair  index of the friction pair, from 0
@@ -151,8 +151,8 @@ class SinglePair:
     """A contact with a single pair, which slides along a line.
 
     velocity  as in ``ContactElement``
-    load      load to which friction is proportional, N, for a friction ratio k: (wrench, k, numbers, whether in Adams' form)
-    force     size of the force along the line whose friction is η: (η, numbers)
+    load      (wrench, friction ratio k, numbers, adams) → load to which friction is proportional, N
+    force     (η, numbers) → magnitude of the friction force along the line, N
     """
 
     velocity: Callable[[list[SX], Mapping[str, SX]], list[list[SX]]]
@@ -164,12 +164,13 @@ class SinglePair:
         return w.pin * laws[0].ratios(self.velocity(rates, g)[0])[0]
 
     def held(self, w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-        """The capacity is μ_static times the load at |k| = μ_static, its largest value (theory, "Rest")."""
+        """``ContactElement.held``. The capacity is μ_static · load(μ_static), because |k| = μ_static is the largest ratio at rest
+        (theory, "Rest")."""
         most = laws[0].static
         return [Hold(most * self.load(w, w.pin * most * signum(u[0]), g, adams), self.force(u[0], g))]
 
     def ratio_now(self, w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> SX:
-        """Friction ratio of the pair while it slides, or at rest with the friction η."""
+        """Friction ratio of the sliding pair, or of the pair at rest with the friction η."""
         k = self.ratio(w, rates, laws, g)
         if not (laws[0].sets and eta):
             return k
@@ -183,7 +184,7 @@ class ContactElement:
     """A kind of joint contact: closed forms, and data for scenes, pictures and tables. In the arguments below, numbers are sizes
     and law parameters by name; adams: whether Adams' form applies.
 
-    sizes      its numbers in a scene.
+    sizes      numbers of the element in a scene.
     pairs      for each friction pair, the indices of the freedoms along which it slides.
     bound      freedoms without sliding whose force follows from contact forces (teeth that push wheels apart).
     places     (sizes by label) → positions of the first contacts, in order; the remaining contacts (a couple) have no position.
@@ -207,14 +208,16 @@ class ContactElement:
                if there is no band.
     separation (numbers) → force along the bound freedom divided by the magnitude of the driving force, for teeth; else None. The
                driving force is a multiplier of the loop constraints times a constant.
-    scaled     for elements without contacts: whether the law's coefficient scales the friction that other numbers give, and is 1 by
-    default. count      number of contacts; 0 if friction is independent of the load. springs    number of entries that ``pressed``
-    returns. drift      (wrench, rates, laws, numbers, adams) → rates of bristle states along each freedom; default: from
-    ``velocity``. cone       (arguments of ``own_speeds``) → for each pair, a number that is negative while the pair turns without
-    sliding. Only the ball has this function; other elements have None. frame      axes of f_c, m_c: "pin" (the pin's joint frame),
-    "inboard" (the joint frame of the rates, for a ball), "both" (u1,
+    scaled     for elements without contacts: whether the law's coefficient scales the friction that other numbers give, and is 1
+               by default.
+    count      number of contacts; 0 if friction is independent of the load.
+    springs    number of entries that ``pressed`` returns.
+    drift      (wrench, rates, laws, numbers, adams) → rates of bristle states along each freedom; default: from ``velocity``.
+    cone       (arguments of ``own_speeds``) → for each pair, a number that is negative while the pair turns without sliding. Only
+               the ball has this function; other elements have None.
+    frame      axes of f_c, m_c: "pin" (the pin's joint frame); "inboard" (the joint frame of the rates, for a ball); "both" (u1,
                u2, u1 × u2, with the wrench on the inboard part).
-    plays      its clearances, in which ``knocks`` computes crossings."""
+    plays      clearances of the element, in which ``knocks`` computes crossings."""
 
     name: str
     needs: Callable[[Sequence[str], bool], tuple[str, ...]]

@@ -79,7 +79,7 @@ def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
         return [Contact(load(w), (-w["f1"] if "f1" in forces else none, -w["f2"], -w["f3"]), (2, 1), watched=way)]
 
     def pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-        """The tooth force. Friction does not change it."""
+        """The tooth force. Friction does not change this force."""
         return [HALF_ROOT * w[n] for n in forces]
 
     return ContactElement(

@@ -1,8 +1,8 @@
 """Friction of a gear unit, from its catalogue: efficiencies of both directions of power, and no-load torque (theory, "Gear units").
 
 The load T is the torque on the output shaft. The torque on the input shaft, times the ratio i, is T + η with the friction η at the
-output. If power flows from input to output, i T_in = T/η_f + i T_0. If it flows from output to input, i T_in = η_b T − i T_0. Hence
-c_f = 1/η_f − 1 and c_b = 1 − η_b. Equal coefficients mean η_b = 2 − 1/η_f, the default."""
+output. If power flows from input to output, i T_in = T/η_f + i T_0. If power flows from output to input, i T_in = η_b T − i T_0.
+Hence c_f = 1/η_f − 1 and c_b = 1 − η_b. The default η_b = 2 − 1/η_f makes both coefficients equal."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ TABLES = ("torque", "speed")
 
 
 def table_labels(name: str, over: str) -> tuple[tuple[str, str], ...]:
-    """Names of the two numbers of each point of a table."""
+    """Names of the two numbers of each point in a table."""
     return tuple((f"{name}.{over}[{k + 1}]", f"{name}.value[{k + 1}]") for k in range(KNOTS))
 
 

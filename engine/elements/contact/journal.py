@@ -35,7 +35,7 @@ HALF_ROOT = math.sqrt(0.5)
 
 def sums(f2: SX, f3: SX, m2: SX, m3: SX, kr: SX, ks: SX, radius: SX, c: SX) -> tuple[SX, SX, SX, SX]:
     """Solution of (124): (a1 + a2, b1 + b2, a1 − a2, b1 − b2), N, where a and b are the components of a normal force along e3 and
-    e2. kr and ks are the friction ratios around and along the pin; its radius and half length c are in m."""
+    e2. kr and ks are the friction ratios around and along the pin. radius and half length c of the pin are in m."""
     n = 1 / (1 + kr * kr)
     a, b = -(kr * f2 + f3) * n, (kr * f3 - f2) * n
     y2, y3 = (m2 - ks * radius * a) / c, (m3 + ks * radius * b) / c

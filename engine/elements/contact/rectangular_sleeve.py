@@ -1,6 +1,6 @@
 """Rectangular sleeve of a prismatic joint, which the paper does not treat (theory, "Sleeve").
 
-The inner part is the pin. It has half length c and half sizes a along e2 and b along e3. At both ends of the inner part, forces act
+The inner part is the pin, with half length c and half sizes a along e2 and b along e3. At both ends of the inner part, forces act
 along e2 and e3. A couple on the faces carries the torsion."""
 
 from __future__ import annotations

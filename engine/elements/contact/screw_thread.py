@@ -88,15 +88,15 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-    """All six components, as if the joint had no contacts. Only the axial force changes a thread's friction."""
+    """All six components of the wrench, as for a joint without contacts. Only the axial force changes a thread's friction."""
     return [HALF_ROOT * w[n] / (g["radius"] if n.startswith("m") else 1) for n in COMPONENTS]
 
 
 def _rests(j: Rubs) -> list[Pair]:
-    """Let u be the friction along the helix, including that of a preload. The axial force F is the sum of the axial components of
-    normal force and friction. Therefore the normal force is |F − u sin λ|/(cos β cos λ). If μ tan λ > cos β, a larger normal force
-    increases the load more than the friction; the capacity is then an upper bound. A share is the friction divided by the capacity
-    with u at its limit; kernels use the same definition."""
+    """Let u be the friction along the helix, including the friction of a preload. The axial force F is the sum of the axial
+    components of normal force and friction. Therefore the normal force is |F − u sin λ|/(cos β cos λ). If μ tan λ > cos β, a larger
+    normal force increases the load more than the friction; the capacity is then an upper bound. A share is the friction divided by
+    the capacity with u at its limit. Kernels define a share in the same way."""
     import numpy as np
 
     from trunnion.elements.contact.static_friction_capacity import AtLimit, Capacity, Norm, Pair

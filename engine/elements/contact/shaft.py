@@ -45,7 +45,8 @@ def _ratios(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) ->
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Friction force (125) and torque (126): k_s Σf and k_r r Σf. In Adams' form, Σf is the force normal to the axis."""
+    """Friction force (125) and torque (126): k_s Σf and k_r r Σf, with the sum Σf of the normal forces. In Adams' form, Σf is the
+    force normal to the axis."""
     ks, kr = _ratios(w, rates, laws, g)
     load = _load(w, ks, kr, g, adams)
     return [w.pin * ks * load, w.pin * kr * g["radius"] * load]

@@ -116,7 +116,7 @@ class Capacity:
 class AtLimit:
     """Capacity of a pair whose friction is at its limit, for one sense of friction: weight · load + constant, where load = rows · f
     + fixed ≥ 0. This capacity is used for shares and normal forces. The capacity at the present friction (``Capacity``) decides
-    whether a state is admissible. The two are equal where the friction is at its limit."""
+    whether a state is admissible. Both capacities are equal where the friction is at its limit."""
 
     sense: int
     rows: np.ndarray
@@ -134,8 +134,10 @@ class Pair:
     friction    matrix from multipliers to forces at the surface (entries 1/r or 1)
     static      μ_s
     across      for a ball, the rows of the force: the ball holds no torque about the force; else None
-    along       function from a sliding direction (unit vector of surface velocities) to the capacity; only if ``capacities`` give
-    none limits      if ``capacities`` depend on the present friction: the capacities with friction at its limit; else empty """
+    along       function from a sliding direction (unit vector of surface velocities) to the capacity; only if ``capacities`` is
+                empty
+    limits      if ``capacities`` depend on the present friction: the capacities with friction at its limit; else empty
+    """
 
     joint: str
     part: int

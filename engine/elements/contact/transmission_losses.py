@@ -44,9 +44,9 @@ class Losses:
         return ca.if_else(w.pin * sense * w[self.along] < 0, forward, backward) * load + self.constant(g, sense)
 
     def rests(self, j: Rubs) -> list[Pair]:
-        """With different coefficients, |u| ≤ c |T| means |u| ≤ w |T + o u| for the friction u in the sense of T, with 1/w = (1/c_f
-        + 1/c_b)/2 and o = (1/c_b − 1/c_f)/2. The part a is first subtracted from |u|. A share is the friction divided by the
-        capacity in its direction; kernels use the same definition."""
+        """Let u be the friction in the sense of T. With different coefficients, |u| ≤ c |T| means |u| ≤ w |T + o u|. Here 1/w =
+        (1/c_f + 1/c_b)/2 and o = (1/c_b − 1/c_f)/2. The part a is first subtracted from |u|. A share is the friction divided by the
+        capacity in its direction. Kernels define a share in the same way."""
         import numpy as np
 
         from trunnion.elements.contact.static_friction_capacity import AtLimit, Capacity, Norm, Pair
@@ -86,7 +86,7 @@ def transmission(name: str, losses: Losses, sizes: tuple[Size, ...]) -> ContactE
         return []
 
     def pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-        """The transmitted torque at an arm of 1 m; friction does not change it."""
+        """The transmitted torque at an arm of 1 m. Friction does not change this torque."""
         return [HALF_ROOT * w[losses.along]]
 
     return ContactElement(

@@ -48,7 +48,7 @@ def _ratios(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) ->
 def _journals(
     form: Callable[..., tuple[SX, SX, SX, SX]], w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX]
 ) -> tuple[tuple[SX, SX, SX, SX], tuple[SX, SX, SX, SX]]:
-    """Normal forces (``split``) or their sums (``sums``) of each journal, N."""
+    """Normal forces of each journal, N (``split``), or sums and differences of these forces (``sums``)."""
     p, none = w.pin, ca.SX(0)
     c1, c2 = g["half_length[1]"], g["half_length[2]"]
     first = form(p * w["f2"], p * w["f3"], p * w["m2"], p * w["m3"], k1, none, none, c1)

@@ -1,9 +1,9 @@
 """Thread of a worm in the teeth of its wheel (theory, "Worms").
 
 In the joint frame, e1 is the worm's axis, and e2 points to the wheel's axis. e3 = e1 × e2 is the direction of the thread's
-circumference at the pitch point. γ is the lead angle, α the normal pressure angle, f the normal force. Its component f cos α in the
-plane of e1 and e3 is the multiplier of the rolling constraint; the component f sin α pushes the axes apart. Friction k f acts along
-the thread, (sin γ, 0, cos γ)."""
+circumference at the pitch point. γ is the lead angle, α the normal pressure angle, f the normal force. The component f cos α of
+this force in the plane of e1 and e3 is the multiplier of the rolling constraint; the component f sin α pushes the axes apart.
+Friction k f acts along the thread, (sin γ, 0, cos γ)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
 
 
 def _across(w: Wrench, g: Mapping[str, SX]) -> SX:
-    """Component of the force on the worm across the thread, without the radial component, N. It does not depend on friction."""
+    """Component of the force on the worm across the thread, without the radial component, N. This component does not depend on
+    friction."""
     return ca.cos(g["lead_angle"]) * w["f1"] - ca.sin(g["lead_angle"]) * w["f3"]
 
 
@@ -42,7 +43,7 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Friction along the thread, and force that pushes the axes apart. The latter also acts at rest."""
+    """Friction along the thread, and force that pushes the axes apart. The pushing force also acts at rest."""
     f = _normal(w, g)
     return [laws[0].ratios([rates[0]])[0] * f, -ca.sin(g["pressure_angle"]) * f]
 

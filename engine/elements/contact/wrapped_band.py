@@ -1,8 +1,8 @@
 """Friction of a band around a drum, and of a belt around two pulleys (theory, "Bands and belts").
 
-The tension of a sliding band grows by exp(k φ) along the angle of wrap φ, where k is the friction ratio (Euler, Eytelwein). The
-tensions at its ends are S and S e^{kφ} if S is given at one end, and T_0 (1 ± tanh(kφ/2)) if their mean T_0 is given. The friction
-at the surface is the difference of both tensions, and does not depend on other forces."""
+The tension of a sliding band grows by exp(k φ) along the angle of wrap φ, where k is the friction ratio (Euler, Eytelwein). If the
+tension S is given at one end, the tensions are S and S e^{kφ}. If the mean tension T_0 is given, the tensions are T_0 (1 ±
+tanh(kφ/2)). The friction at the surface is the difference of both tensions. This difference does not depend on other forces."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Wrapped:
         return g[self.radius] if self.radius else 1.0
 
     def needs(self, numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
-        """The torque on the inboard pulley, if the sum of the tensions depends on it."""
+        """The torque on the inboard pulley, if the sum of the tensions depends on this torque; otherwise no component."""
         return ("m1",) if self.pulls and TENSION.name in numbers else ()
 
     def velocity(self, rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
@@ -74,7 +74,7 @@ class Wrapped:
         return [along, _sum(w, g)] if self.pulls else [along]
 
     def held(self, w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-        """Hold of the pair; the capacity is that in the sense of the required friction."""
+        """Hold of the pair. The capacity is the one for the sense of the required friction."""
         most = difference(g, signum(u[0]) * laws[0].static, ca)
         return [Hold(ca.fabs(most), ca.fabs(u[0]) / self.arm(g))]
 
@@ -86,7 +86,7 @@ class Wrapped:
         return [g[TENSION.name], g[TENSION.name] + more]
 
     def rests(self, j: Rubs) -> list[Pair]:
-        """Capacities for both senses of friction. They depend on no reaction."""
+        """Capacities for both senses of friction. Reactions do not affect these capacities."""
         import numpy as np
 
         from trunnion.elements.contact.static_friction_capacity import Capacity, Pair

@@ -24,8 +24,8 @@ HALF = 0.5
 """Offset in comparisons with integer states. Steps are 3 percent faster than with tests for equality."""
 HAIR = 1e-120
 """Factor of the frozen direction in ``Law.moving``, which adds the direction times this factor to a velocity of several components.
-The sum differs from the velocity only for a frozen direction of huge norm (first step of slip from rest, ``slip_onset.c``). It then
-points in the direction of sliding."""
+The sum differs from the velocity only for a frozen direction of huge norm (first step of slip from rest, ``slip_onset.c``). The sum
+then points in the direction of sliding."""
 AT_REST = 1e-138
 """Like HAIR, but for the sign of a velocity (``Law.side``). A velocity against the frozen direction then counts as round-off of
 dependent rates, and does not change the sign: below 1e-12 m/s for a starting pair, always for a pair on a line
@@ -33,7 +33,7 @@ dependent rates, and does not change the sign: below 1e-12 m/s for a starting pa
 
 
 class Rest(Enum):
-    """Behaviour of a law near zero sliding velocity, which determines how the runtime treats the law."""
+    """Behaviour of a law near zero sliding velocity. This behaviour determines how the runtime treats the law."""
 
     SET_VALUED = "set-valued"
     """At rest, k is any ratio up to the static coefficient. The runtime holds the pair by a constraint; steps end where sliding
@@ -55,8 +55,8 @@ class Law:
 
     value  expressions of the law's scene numbers, by name
     mode   (flag, d1, d2, d3, tilt) of the pair. The flag selects the branch. d1, d2, d3 are the rates at the start of the step
-           (for a single rate, its sign); they fix the direction of sliding. tilt: of a ball, > 0 if the runtime solves for it
-           (``elements.contact.ball_in_socket_friction``).
+           (for a single rate, its sign); they fix the direction of sliding. tilt: the tilt of a ball, > 0 if the runtime solves for
+           the tilt (``elements.contact.ball_in_socket_friction``).
     state  the law's states
 
     The class variables declare a law; scenes, checks, units, FMUs, time stepping, ``--hold`` and documents use them. An
@@ -120,7 +120,8 @@ class Law:
 
     @classmethod
     def _branches(cls) -> list[str]:
-        """Faults: missing branches that ``rest`` requires. A law with bristles needs no branch, because it has ``carried``."""
+        """Faults of the declaration: missing branches that ``rest`` requires. A law with bristles needs no branch, because it has
+        ``carried``."""
         has = {"level": cls.level is not Law.level, "slope": cls.slope is not Law.slope}
         needed = {Rest.SET_VALUED: ("level",), Rest.KINK: ("level", "slope")}.get(cls.rest, ())
         missing = [name for name in needed if not has[name]]
@@ -152,11 +153,11 @@ class Law:
         return None
 
     def drift(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
-        """Rates of the law's states, 1/s, at a sliding velocity (m/s). Only for laws with bristles."""
+        """Rates of the law's states, 1/s, at a sliding velocity (m/s). Only laws with bristles have this function."""
         raise NotImplementedError(f"law {self.name} has no state")
 
     def carried(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
-        """Signed ratios k at a sliding velocity (m/s) and state. Only for laws with bristles."""
+        """Signed ratios k at a sliding velocity (m/s) and state. Only laws with bristles have this function."""
         raise NotImplementedError(f"law {self.name} has no state")
 
     @property
@@ -170,8 +171,8 @@ class Law:
         return self.flag < PairState.STUCK.value + HALF
 
     def moving(self, v: Sequence[SX], arms: Sequence[SX | float]) -> list[SX]:
-        """Sliding velocity. For a set-valued law with several components, the result is nonzero at the start of slip, where v is
-        zero: it has the frozen direction. ``arms`` as in ``sign``."""
+        """Sliding velocity. At the start of slip, v is zero. For a set-valued law with several components, the result then has the
+        frozen direction. ``arms`` as in ``sign``."""
         if not self.sets or len(v) == 1:
             return list(v)
         return [x + HAIR * d * a for x, d, a in zip(v, self.frozen, arms, strict=False)]
@@ -200,9 +201,9 @@ class Law:
         return ca.if_else(dot < 0, -1, 1)
 
     def side(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
-        """The sign in friction: the result of ``sign``, except that it stays +1 after the reversal in two cases. The friction of a
-        pair on a line (``frozen_sliding_directions.c``) continues until the event. A starting pair's velocity does not count at
-        round-off level (``AT_REST``)."""
+        """The sign that the formulas of friction use. This is the result of ``sign``, except that the sign stays +1 after the
+        reversal in two cases. The friction of a pair on a line (``frozen_sliding_directions.c``) continues until the event. A
+        starting pair's velocity does not count at round-off level (``AT_REST``)."""
         along = [d * a for d, a in zip(self.frozen, arms, strict=False)]
         return ca.if_else(sum((x + AT_REST * d) * d for x, d in zip(v, along, strict=False)) < 0, -1, 1)
 

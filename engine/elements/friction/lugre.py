@@ -3,10 +3,10 @@
 z (m) is the deflection, one for each velocity component; |v| is the norm over all components:
   ż = v − σ0 |v|/g z,   k = σ0 z + σ1 ż + σ2 v,   g = μ + (μ_static − μ) exp(−(v/v_stribeck)²)
 σ0 bristle_stiffness (1/m), σ1 bristle_damping (s/m), σ2 viscosity (s/m) are ratios to the normal force.
-Without μ_static, g = μ. |σ0 z| never exceeds μ_static. In steady sliding k = g v/|v| + σ2 v.
+If the scene gives no μ_static, g = μ. |σ0 z| never exceeds μ_static. In steady sliding k = g v/|v| + σ2 v.
 
-The integrated state is the friction ratio σ0 z. Its magnitude is about μ for any stiffness, so that one absolute tolerance suits
-all stiffnesses."""
+The integrated state is the friction ratio σ0 z. The magnitude of this ratio is about μ for any stiffness, so that one absolute
+tolerance suits all stiffnesses."""
 
 from __future__ import annotations
 

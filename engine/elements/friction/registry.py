@@ -44,7 +44,7 @@ def numbers() -> dict[str, tuple[Number, tuple[str, ...]]]:
 
 
 def exact_of(law: str) -> str:
-    """The reference law for errors: the set-valued law that ``law`` smooths, or ``law`` itself if it smooths none."""
+    """The reference law for errors: the set-valued law that ``law`` smooths, or ``law`` itself if it smooths no law."""
     return REGISTRY[law].exact or law
 
 

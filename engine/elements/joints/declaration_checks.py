@@ -1,5 +1,5 @@
-"""Numerical checks of a joint type's declaration at registration, which take about 0.1 ms per type. The numbers of freedoms and
-constraints must add up to six. R must be a rotation matrix, and the unit matrix at q = 0. The declared axes must agree with the
+"""Numerical checks of a joint type's declaration. They run at registration and take about 0.1 ms per type. The numbers of freedoms
+and constraints must add up to six. R must be a rotation matrix, and the unit matrix at q = 0. The declared axes must agree with the
 derivatives of R and s. ``measure`` must invert ``rotation`` and ``travel``. The constraint rows must vanish for all q and prevent
 all motion except along the axes."""
 
@@ -13,10 +13,11 @@ from trunnion.elements.joints.joint_kind import JointKind, quaternion_rate
 Vector = Sequence[float]
 Place = tuple[list[list[float]], list[float]]
 SAMPLE = {"angle": (0.7, -0.4, 1.1), "length": (0.3, -0.2, 0.5), "quaternion": (0.8, 0.2, -0.4, 0.4)}
-"""Coordinates at which a declaration is checked, by kind of coordinate. They are a general position, with angles within the range
-of ``measure``."""
+"""Coordinates at which a declaration is checked, by kind of coordinate. The sample is a general position, with angles within the
+range of ``measure``."""
 STEP = 1e-5
-"""Step h of the central differences, rad or m. Their truncation error is about h²; their round-off error is about 1e-11."""
+"""Step h of the central differences, rad or m. The truncation error of the differences is about h²; the round-off error is about
+1e-11."""
 CLOSE = 1e-8
 """Largest accepted deviation: 100 times the error of the differences. A wrong axis or sign gives a deviation of at least 0.1."""
 

@@ -1,4 +1,4 @@
-"""Free joint: three travels along the inboard axes and a quaternion, six freedoms in total. Its reaction is zero."""
+"""Free joint: three travels along the inboard axes and a quaternion, six freedoms in total. The joint transmits no reaction."""
 
 from trunnion.elements.joints.joint_kind import E1, E2, E3, SPIN, JointKind, of_quaternion, slide, to_quaternion
 

@@ -20,9 +20,9 @@ E1, E2, E3 = range(3)
 
 @dataclass(frozen=True, kw_only=True)
 class Axis:
-    """One column of the paper's (1), (2): of P^r for a rotation (``rot``), of P^s for a translation. The column is the unit vector
-    ``index`` (E1, E2, E3) of the joint frame on ``side``. ``by_pitch``: whether the column is multiplied by pitch/2π; for a screw,
-    whose ``travel`` assumes a pitch of 2π."""
+    """One column of the paper's (1), (2): of P^r if ``rot`` (a rotation), otherwise of P^s (a translation). The column is the unit
+    vector ``index`` (E1, E2, E3) of the joint frame on ``side``. ``by_pitch``: whether the column is multiplied by pitch/2π; for a
+    screw, whose ``travel`` assumes a pitch of 2π."""
 
     index: int
     rot: bool
@@ -31,12 +31,12 @@ class Axis:
 
 
 def turn(index: int, side: Literal["in", "out"] = "in") -> Axis:
-    """A rotation axis, fixed in the frame of one side."""
+    """A rotation axis that is fixed in the frame of one side."""
     return Axis(index=index, rot=True, side=side)
 
 
 def slide(index: int, by_pitch: bool = False) -> Axis:
-    """A sliding axis, fixed in the inboard frame."""
+    """A sliding axis that is fixed in the inboard frame."""
     return Axis(index=index, rot=False, by_pitch=by_pitch)
 
 
@@ -76,19 +76,21 @@ class JointKind:
     """A joint type (paper §2, §4, §5). ``trunnion.elements.joints.declaration_checks`` checks the consistency of a declaration at
     import.
 
-    name         its name in scenes.
+    name         name of the type in scenes.
     freedoms     the freedoms in words, in their order, for the published schema.
-    axes         for every rate, the axes it moves along (a screw rate has two).
+    axes         for every rate, the axes of its motion (a screw rate has two).
     coordinates  kind of each q: "angle", "length" or "quaternion" (four in a row, the last ones).
     rotation     (q, ops) → R (3×3), which maps components in the outboard joint frame to components in the inboard joint frame.
     travel       q → s = p_out − p_in, components along the inboard axes.
     rows_s       for a cut joint, the indices k of the translational constraints (r_out − r_in)·h_in^k = 0, (49).
     rows_r       for a cut joint, the pairs (m, k) of the rotational constraints h_in^m·h_out^k = 0, (46).
     ties         number of constraints that couple two coordinates (screw), and are neither (46) nor (49). A joint with ties cannot
-    be cut. measure      (R, s, ops) → q, the inverse of ``rotation`` and ``travel`` (angles within ±π). friction     name of the
-    contact element of a frictional joint of this type; "" if there is none. contacts     number of contacts of this element. loaded
-    name of the contact element whose friction depends on what the joint transmits along its only freedom, e1; "" if
-                 the type has none.
+                 be cut.
+    measure      (R, s, ops) → q, the inverse of ``rotation`` and ``travel`` (angles within ±π).
+    friction     name of the contact element of a frictional joint of this type; "" if there is none.
+    contacts     number of contacts of this element.
+    loaded       name of the contact element whose friction depends on the force or torque that the joint transmits along its only
+                 freedom, e1; "" if the type has none.
     banded       name of the contact element of a band or belt around parts of the joint; "" if the type has none.
     rolls        for wheels that roll on each other (``elements.joints.wheel_pairs``). The joint carries no body and has one row.
     slips        whether the wheels may slide. The joint then has no row, and its first freedom is the sliding.
@@ -96,7 +98,8 @@ class JointKind:
                  of the inboard body. With "curve", a point follows a curve; with "freedom", a freedom follows another freedom. The
                  joint carries no body and has one row.
     plays        whether a point that follows a curve has play. The joint's row is then the gap to walls beside the curve and at its
-    ends. keeps_distance
+                 ends.
+    keeps_distance
                  whether the distance of the joint's two points is constant (rod). The joint carries no body and has one row.
     """
 
@@ -157,7 +160,7 @@ class JointKind:
 
     @property
     def cuttable(self) -> bool:
-        """Whether rows (46) and (49) represent all constraints of the joint."""
+        """Whether the rows (46) and (49) represent all constraints of the joint, so that the joint may be cut."""
         return self.ties == 0
 
     @property
@@ -172,8 +175,8 @@ class JointKind:
 
     @property
     def needs_axis(self) -> bool:
-        """Whether the joint needs the direction of e1. It does, unless it rotates about all axes or about none, and slides along
-        all axes or along none."""
+        """Whether the joint needs the direction of e1. A joint that rotates about all axes or none, and slides along all axes or
+        none, does not need this direction."""
         if self.bodiless:
             return not self.keeps_distance and self.follows != "freedom"
         return any(sum(a.rot == rot for axes in self.axes for a in axes) in (1, 2) for rot in (True, False))
@@ -197,8 +200,8 @@ class JointKind:
 
     @property
     def freely_rubbed(self) -> tuple[bool, ...]:
-        """For each freedom, whether it is a rotation; this determines the joint's element of constant friction. Empty if the joint
-        cannot have constant friction."""
+        """For each freedom, whether it is a rotation. These flags determine the joint's element of constant friction. Empty if the
+        joint cannot have constant friction."""
         free = 0 < self.nv <= 2 and self.quaternion < 0 and self.follows != "freedom"
         return tuple(self.turns(k) for k in range(self.nv)) if free else ()
 

@@ -1,4 +1,4 @@
-"""Kinds of constraint rows of freedoms: a freedom that follows another freedom (theory, "Joints that follow another"), and a light
+"""Kinds of constraint rows for freedoms: a freedom that follows another freedom (theory, "Joints that follow another"), and a light
 freedom (theory, "Light bodies"). These rows do not belong to cut joints, and these kinds are not allowed as the ``type`` of a joint
 in a scene."""
 

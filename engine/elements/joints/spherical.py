@@ -1,4 +1,4 @@
-"""Spherical joint: a quaternion; its rates are the relative angular velocity in the inboard joint frame."""
+"""Spherical joint: the coordinates are a quaternion; the rates are the relative angular velocity in the inboard joint frame."""
 
 from trunnion.elements.joints.joint_kind import SPIN, JointKind, of_quaternion, to_quaternion
 

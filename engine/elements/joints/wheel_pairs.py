@@ -1,8 +1,8 @@
 """Wheels that roll on each other without sliding: gears, racks, belts and chains (theory, "Rolling").
 
 These joints carry no body: other joints carry the wheels, and one constraint row couples the wheels. ``phase`` computes the rolled
-angle, for symbols and numbers. It follows from the angles of the wheels relative to their line of centres, up to a whole number of
-teeth."""
+angle, for symbols and numbers. The rolled angle follows from the angles of the wheels relative to their line of centres, up to a
+whole number of teeth."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ Frame = Sequence[Vector]
 
 
 def _toothed(kind: JointKind, friction: str) -> JointKind:
-    """A wheel pair with tooth flanks. The flanks slide when the wheels turn, and push the wheels apart. Their two freedoms are the
-    relative rotation and the separation of the wheels."""
+    """A wheel pair with tooth flanks. The flanks slide when the wheels turn, and push the wheels apart. The two freedoms of the
+    pair are the relative rotation and the separation of the wheels."""
     return replace(kind, axes=((turn(E1),), (slide(E2),)), friction=friction, contacts=1)
 
 
 _SPUR = JointKind(
     name="gear",
     freedoms="angle about e1 between the two wheels, distance of their axes",
-    coordinates=("angle", "length"),  # the distance is measured along the line of centres
+    coordinates=("angle", "length"),  # the length is the distance along the line of centres
     measure=lambda r, s, ops: [angle_about_e1(r, s, ops), ops.sqrt(s[1] * s[1] + s[2] * s[2])],
     rolls=Rolls(touch="wheels", choice="internal"),
 )

@@ -21,7 +21,7 @@ ALONG = {"gin": "win", "gout": "wout", "gat": "wat"}
 
 
 def free_of(block: Slot, j: Joint) -> Slot:
-    """The part of ``block`` (nv numbers) that belongs to a tree joint's free rates."""
+    """The part of ``block`` (nv numbers) for the free rates of a tree joint."""
     return block.slice(j.v0, len(j.free))
 
 
@@ -58,7 +58,7 @@ class CutJointSlots:
 
     @property
     def ends(self) -> list[tuple[int, str]]:
-        """Pairs of a body and the name of the constraint wrenches that act on this body."""
+        """Pairs of a body and the name of the wrenches that the constraints exert on this body."""
         return list(zip(self.joint.ends, ENDS, strict=False))
 
     def row(self, which: str, k: int) -> Slot:

@@ -1,7 +1,7 @@
 """Bytecode programs: calls of ops, with the slots that these calls read and write.
 
-A call is a sequence of integers. The first three are the op's number, the number of operands and the number of integers. The space
-and the offset of each operand follow, and then the integers. ``interpreter.c`` executes programs."""
+A call is a sequence of integers. The first three integers are the op's number, the number of operands and the number of further
+integers. Then come the space and the offset of each operand, and the further integers. ``interpreter.c`` executes programs."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ LANES = 4
 
 
 class Slot(NamedTuple):
-    """Contiguous numbers of an array, given by the array, the first index and the count."""
+    """Contiguous numbers of an array: the array, the first index and the count."""
 
     space: Space
     at: int
@@ -129,7 +129,7 @@ JOINED = (int(Builtin.ZERO), int(Builtin.COPY))
 @dataclass
 class Program:
     """The calls of one function of a scene. scratch: number of doubles in T. in_ranges: whether other programs execute ranges of
-    the code, which must not move."""
+    the code; such code must not move."""
 
     code: array[int] = field(default_factory=lambda: array("i"))
     scratch: int = 0
@@ -159,8 +159,8 @@ class Program:
             self.call(Builtin.COPY, [source, out], [out.size])
 
     def merged(self) -> list[int]:
-        """The calls that the interpreter executes. Successive calls that zero or copy adjacent slots are joined to one call, and so
-        are products with equidistant rows or columns."""
+        """The calls that the interpreter executes. Two kinds of successive calls become one call: calls that zero or copy adjacent
+        slots, and products with equidistant rows or columns."""
         out: list[int] = []
         last: list[int] = []
         code, first = self.code.tolist(), 0
@@ -178,8 +178,9 @@ class Program:
 
 
 def _joined(a: list[int], b: list[int]) -> list[int]:
-    """One call that does the work of two successive calls, of which the second has an op in ``JOINED``; empty if there is none.
-    Copies within an array are not joined, because the second copy may read numbers that the first one wrote."""
+    """One call that does the work of two successive calls. The op of the second call must be in ``JOINED``. The result is empty if
+    the calls cannot be joined. Copies within an array are not joined, because the second copy may read numbers that the first one
+    wrote."""
     if not a or a[0] != b[0] or a[3:-1:2] != b[3:-1:2]:
         return []
     if a[0] == Builtin.COPY and a[3] == a[5]:
@@ -191,8 +192,8 @@ def _joined(a: list[int], b: list[int]) -> list[int]:
 
 
 def _in_rows(a: list[int], b: list[int]) -> list[int]:
-    """One call that does the work of a call and of a following ``ADD_DOT`` or ``ADD_COLUMNS`` of one column. Empty if their rows or
-    columns are not equidistant. The joined call adds in the same order."""
+    """One call that does the work of a call and of the next call, an ``ADD_DOT`` or ``ADD_COLUMNS`` of one column. The result is
+    empty if the rows or columns of the two calls are not equidistant. The joined call adds in the same order."""
     dot = b[0] == Builtin.ADD_DOT
     several = int(Builtin.ADD_ROW_DOTS if dot else Builtin.ADD_STRIDED_COLUMNS)
     if not a or a[0] not in (b[0], several) or b[0] not in (Builtin.ADD_DOT, Builtin.ADD_COLUMNS) or b[-1] != 1:

@@ -1,7 +1,8 @@
 """Accelerations under given multipliers, and derivatives of these accelerations along directions.
 
-The recursion that computes accelerations also computes their derivatives, from other forces: the derivatives of the body balances
-at fixed accelerations. The recursion itself therefore needs no tangents (theory, "Jacobians on parts")."""
+The recursion that computes accelerations also computes the derivatives of these accelerations. For this, the forces are replaced by
+the derivatives of the body balances at fixed accelerations. The recursion itself therefore needs no tangents (theory, "Jacobians on
+parts")."""
 
 from __future__ import annotations
 
@@ -43,14 +44,14 @@ class DifferentiableScene(ScenePasses):
             super().body_call(program, i, function, **operands)
 
     def reduced_call(self, program: Program, i: int, function: str, **operands: Slot) -> None:
-        """Call a function of the primitive with which the recursion computes the accelerations of body i."""
+        """Call a function of body i's primitive in the recursion for accelerations."""
         SceneTables.body_call(self, program, i, function, **operands)
 
 
 class AccelerationTangents:
     """Writes motions, q̈, Ż and N into a program, and differentiates these values along ``directions``.
 
-    active: rows of cut joints with a multiplier. redundant: whether the wrenches that cut joints transmit are needed."""
+    active: rows of cut joints with a multiplier. redundant: whether the program needs the wrenches that cut joints transmit."""
 
     def __init__(
         self, scene: DifferentiableScene, program: Program, active: Sequence[int], directions: Directions, redundant: bool

@@ -25,8 +25,9 @@ B = Builtin
 
 @dataclass
 class TangentCall:
-    """A call in the program ``along``. operands: pairs of a slot and a flag. The flag is True for the slot's tangent, False for its
-    value. None in place of the slot is a zero tangent. ins, outs, added: tangents that the call reads, writes, and adds to."""
+    """A call in the program ``along``. operands: pairs of a slot and a flag. The flag is True if the call uses the slot's tangent,
+    False if it uses the slot's value. None in place of the slot means a zero tangent. ins, outs, added: tangents that the call
+    reads, writes, and adds to."""
 
     function: int
     operands: list[tuple[Slot | None, bool]]
@@ -95,8 +96,8 @@ class SlotSet:
 
 @dataclass
 class Directions:
-    """Differentiates programs. scene: the scene whose primitives are called. scratch: the program in whose scratch values are
-    stored. seeded: slots that directions change. numbers: whether directions also change parameters."""
+    """Differentiates programs. scene: the scene whose primitives are called. scratch: the program whose scratch array stores
+    values. seeded: slots that directions change. numbers: whether directions also change parameters."""
 
     scene: SceneTables
     scratch: Program
@@ -118,7 +119,7 @@ class Directions:
 
     def follow(self, program: Program, first: int = 0) -> int:
         """Differentiate the calls of a program from index ``first`` on. Returns the index of the program's end. If directions
-        change parameters, differentiates the new calls of ``prepare`` first."""
+        change parameters, the function first differentiates the new calls of ``prepare``."""
         if self.numbers and program is not self.scene.prepare:
             self._prepared = self.follow(self.scene.prepare, self._prepared)
         code, at = program.code, first
@@ -170,7 +171,7 @@ class Directions:
 
     def _derive_part(self, g: ValueCall) -> None:
         numbers = g.operands.get("numbers")
-        primitive = self._tangent(self._name(g.function), numbers is not None and numbers in self.active)  # parameters may vary
+        primitive = self._tangent(self._name(g.function), numbers is not None and numbers in self.active)
         at, along = primitive.operands
         moving = [n for n in g.names if n not in g.outs and g.operands[n] in self.active]
         if not moving:

@@ -38,7 +38,7 @@ class JacobianProgram(AccelerationTangents):
         return 0
 
     def write(self) -> None:
-        """Write everything that follows the accelerations."""
+        """Write all values after the accelerations."""
         system, program = self.system, self.program
         nq, nv = system.nq, system.nv
         coordinate_rates(self.scene, program, Slot(Space.Y, nq, nv), Slot(Space.OUT, 0, nq))
@@ -92,7 +92,8 @@ class JacobianProgram(AccelerationTangents):
                     self.open_contact(c.joint, Slot(Space.Z, i, 1), Slot(Space.OUT, at + i, 1))
 
     def open_contact(self, j: Joint, multipliers: Slot, residuals: Slot) -> None:
-        """Replace the residuals of a joint while its contact is open. (In the Jacobian, the runtime replaces the residuals.)"""
+        """Replace the residuals of a joint while the joint's contact is open. (In the Jacobian, the runtime replaces the
+        residuals.)"""
 
     def _add_accelerations(self, ends: list[tuple[int, str]], c: CutJointSlots, out: Slot) -> None:
         for b, which in ends:
@@ -162,13 +163,13 @@ def jacobian(scene: DifferentiableScene, active: Sequence[int], redundant: bool)
 
 
 def each(space: Space, count: int, first: int = 0) -> list[Change]:
-    """One direction for each of ``count`` numbers of a space, from ``first`` on: it changes this number."""
+    """A direction for each of ``count`` numbers of a space, from ``first`` on. Each direction changes only its own number."""
     return [[(Slot(space, first + i, 1), -1)] for i in range(count)]
 
 
 def time(scene: ScenePasses) -> Change:
-    """Direction of time. t itself changes at rate 1. Of a table's numbers (value and derivatives), each but the last changes at the
-    rate that the next number gives."""
+    """Direction of time. t itself changes at rate 1. The numbers of a table are a value and its derivatives. Each of them except
+    the last one changes at the rate that the next number gives."""
     at, tables = scene.system.external, range(scene.system.tables)
     numbers = [(NOW, -1), *[(at.table(k) + i, at.table(k) + i + 1) for k in tables for i in range(TABLE - 1)]]
     return [(Slot(Space.X, i, 1), rate) for i, rate in numbers]

@@ -84,8 +84,7 @@ def _outside(system: System, parameters: int) -> list[Change]:
 
 
 class _Motion(JacobianProgram):
-    """Adds further values to F and R: powers, V (rates of the freedoms of frictional joints), H (friction ratio − 1 of each pair),
-    L (distance of each hook from its release) and G (gaps of joints that only push)."""
+    """Adds further values to F and R: the powers, and V, H, L and G of ``motion``."""
 
     def __init__(self, scene: DifferentiableScene, active: Sequence[int], d: Directions, quadratures: bool):
         self.powers = len(names_of_powers(scene.system)) if quadratures else 0

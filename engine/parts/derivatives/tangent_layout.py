@@ -71,7 +71,7 @@ class _Cells:
         return self.vector[b.space][b.at], self.cell[b.space][b.at]
 
     def _cells(self, b: Slot) -> list[int]:
-        """Index of a slot's first cell, and number of its cells."""
+        """Index of a slot's first cell, and number of the slot's cells."""
         first, last = self.cell[b.space][b.at], self.cell[b.space][b.at + b.size - 1]
         return [first, last - first + 1]
 

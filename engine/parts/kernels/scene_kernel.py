@@ -51,12 +51,14 @@ RECURSIVE = ("begin", "narrow", "respond", "answer", "derive")
 COUPLING = ("shift",)
 """Additional function of a kernel that solves friction along the recursion, for a scene with loops."""
 RECENT = 4
-"""Number of tables that are kept for later kernels. A run may need two kernels; the next run of the mechanism needs the same."""
+"""Number of tables that are kept for later kernels. A run may need two kernels; the next run of the mechanism needs the same two
+kernels."""
 
 
 @dataclass
 class PartsKernel(Kernel):
-    """A kernel whose tables are in memory. keep: the arrays to which the tables point, so that they live as long as the kernel."""
+    """A kernel whose tables are in memory. keep: the arrays to which the tables point, so that these arrays exist as long as the
+    kernel."""
 
     units: dict[str, UnitDescription]
     tables: dict[str, Any]
@@ -121,8 +123,8 @@ def _outputs(system: System, chosen: tuple[Column, ...], quadratures: bool) -> t
 
 
 def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
-    """Rows of cut joints that have a multiplier, and whether friction couples these multipliers to those of the other rows. (The
-    motion does not determine the latter.)"""
+    """Rows of cut joints that have a multiplier, and whether friction couples these multipliers to the multipliers of the other
+    rows. (The motion does not determine the multipliers of the other rows.)"""
     keep: list[Any] = []
     rubbing = rubs(system)
     unit, maps = _kernel_unit(system, parameters, list(range(system.rows)), rubbing)
@@ -140,7 +142,8 @@ def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
 def _kernel_unit(
     system: System, parameters: int, active: Sequence[int], redundant: bool, along: bool = False
 ) -> tuple[UnitDescription, Maps]:
-    """Build the unit of the kernel. along: whether the friction of loops is solved along the recursion, like that of trees."""
+    """Build the unit of the kernel. along: whether the friction of loops is solved along the recursion, like the friction of
+    trees."""
     rubbed = bool(system.frictional) and (along or not system.cuts)
     s = ScenePasses(system, rubbed=rubbed)
     redundant = redundant and bool(system.frictional)

@@ -56,7 +56,8 @@ def called(of: DifferentiatedScene) -> list[str]:
 
 def _numbers(code: Sequence[int], head: int) -> Iterator[int]:
     """Numbers of the ops that a program calls. head: number of integers at the start of a call. In a program of tangents, three
-    more integers follow: the numbers of inputs, outputs and added outputs. Then come two integers for each of these."""
+    more integers follow this head: the numbers of inputs, outputs and added outputs. Two integers for each input, output and added
+    output come last."""
     at = 0
     while at < len(code):
         yield code[at]

@@ -11,8 +11,8 @@ from trunnion.system.structure.loop_matrix_fill import Fill
 
 class LoopMatrix:
     """Where S is stored: in blocks of rows × columns, column by column. rows: the rows of each loop. near: for each loop, the loops
-    that it is coupled to. fill: pattern of the factor. symmetric: whether one block for each pair of loops is stored, with the rows
-    of the loop of smaller index, instead of two."""
+    coupled to this loop. fill: pattern of the factor. symmetric: whether one block is stored for each pair of loops (with the rows
+    of the loop of smaller index); otherwise two."""
 
     def __init__(self, rows: Sequence[Sequence[int]], near: Sequence[Collection[int]], fill: Fill, symmetric: bool):
         self.fill, self.size, self.rows = fill, 0, rows

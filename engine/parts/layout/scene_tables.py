@@ -74,7 +74,7 @@ class SceneTables:
         return Slot(Space.K, len(self.constants) - len(values), len(values))
 
     def numbers(self, leaves: Iterable[Leaf]) -> Slot:
-        """A slot with these values. If one of the values is a parameter, ``prepare`` writes them."""
+        """A slot with these values. If one of the values is a parameter, ``prepare`` writes all of them."""
         leaves = list(leaves)
         if not any(isinstance(x, Param) for x in leaves):
             return self.constant([float(x) for x in leaves])  # type: ignore[arg-type]
@@ -141,7 +141,7 @@ class SceneTables:
         return own.slice(own.size - BODY, BODY)
 
     def work(self, i: int) -> int:
-        """Number of motion values that the primitive of body i stores."""
+        """Number of motion values that body i's primitive stores."""
         return self.body_primitives[i].sizes["work"]
 
     def body_call(self, program: Program, i: int, function: str, **operands: Slot) -> None:
@@ -151,8 +151,8 @@ class SceneTables:
         )
 
     def acceleration(self, Z: Sequence[Slot], b: int) -> Slot:
-        """Ż of a body or of the ground. The ground has the acceleration ``base``; this is minus gravity, in place of gravity
-        forces."""
+        """Ż of a body or of the ground. The acceleration of the ground is ``base``, which is minus gravity. This acceleration
+        replaces the gravity forces on the bodies."""
         return self.base if b == GROUND else Z[b]
 
     def parent(self, i: int) -> int:

@@ -4,7 +4,7 @@ recursion").
 A friction law depends only on the reaction of its own joint. Let K = ∂law/∂N ∂N/∂(reaction) be the derivative of the law, and e the
 remainder of its linearisation. The balance along the joint's freedoms is then (Πᵀ + K) N = Q − e. The reduction (27)–(42) projects
 with Πᵀ + K instead of Πᵀ, and articulated inertias become unsymmetric. A freedom held at rest has a zero column in Π; the joint
-transmits its friction."""
+then transmits the friction of this freedom."""
 
 from __future__ import annotations
 
@@ -91,8 +91,8 @@ def _of_loops(step: Step, Pi: SX, MPi: SX, answer: SX, V: SX, at: dict[str, str]
 
 
 def _inverse(P: SX) -> tuple[SX, SX]:
-    """Inverse and determinant of a joint's unsymmetric block. Cofactors give the inverse for up to three freedoms, elimination
-    without pivoting for more. A joint with friction has at most three freedoms."""
+    """Inverse and determinant of a joint's unsymmetric block. For up to three freedoms, cofactors give the inverse; for more,
+    elimination without pivoting. A joint with friction has at most three freedoms."""
     n = P.size1()
     if n == 0:
         return zeros(0, 0), SX(1)

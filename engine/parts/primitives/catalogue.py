@@ -74,8 +74,8 @@ FORCES = {"device", "load", "spring", "bushing", "latch", "along_freedom", "betw
 
 
 def _smooth(name: str, which: Sequence[Any]) -> bool:
-    """Whether the catalogue contains tangents of a primitive. For contact columns this holds only with the usual laws: their
-    tangents have as much code as all other primitives together, and columns are seldom linearised."""
+    """Whether the catalogue contains tangents of a primitive. Contact columns have tangents only with the usual laws: the tangents
+    of contact columns have as much code as all other primitives together, and users seldom linearise these columns."""
     if name == "column":
         friction = next((x.joint.friction for x in which[1] if isinstance(x, FrictionKey)), None)
         return not friction or (friction.law in COMPARED and not friction.adams)
@@ -84,8 +84,8 @@ def _smooth(name: str, which: Sequence[Any]) -> bool:
 
 
 def _follows(which: FrictionKey) -> bool:
-    """Whether the catalogue supports friction parameters that depend on time in stiff motions: only with Coulomb's law without a
-    curve over speed."""
+    """Whether the catalogue supports friction parameters that depend on time in stiff motions: only for Coulomb's law with a
+    coefficient that does not depend on speed."""
     friction = which.joint.friction
     return friction is not None and friction.law == Coulomb.name and not friction.adams and not friction.has(BY_SPEED[0][0])
 
@@ -128,7 +128,7 @@ def _columns() -> Iterator[Recipe]:
 
 
 def _contacts(which: FrictionKey, column: ColumnKind = CONTACT) -> Recipe:
-    """Contact columns of a joint with this friction, or another column of its friction."""
+    """Contact columns of a joint with this friction, or another column of the joint's friction."""
     joint = which.joint
     nv, reaction = joint.kind.nv, len(everything(joint))
     sizes = {CONTACT_REACTION: reaction, JOINT_RATES: nv, JOINT_MULTIPLIERS: nv, FRICTION: which}
@@ -161,8 +161,8 @@ def _bodies() -> Iterator[Recipe]:
 
 def spun(kind: JointKind, which: tuple[int, ...]) -> bool:
     """Whether the catalogue contains primitives with rotors for a joint of this type, with the freedoms ``which`` prescribed. A
-    rotor adds an inertia along a freedom. Every free freedom may have one, because it may be light. Prescribed freedoms may have
-    one on hinges, guides and balls only, for motors and imported files."""
+    rotor adds an inertia along a freedom. Every free freedom may have a rotor, because the freedom may be light. Prescribed
+    freedoms may have a rotor on hinges, guides and balls only, for motors and imported files."""
     plain = kind.nv in (1, MANY) and len({kind.turns(k) for k in range(kind.nv)}) == 1 and not kind.pitched
     return plain or len(which) < kind.nv
 
@@ -207,7 +207,7 @@ def usual(law: str) -> bool:
 
 
 def fits(kind: JointKind, pins: Sequence[bool] = SIDES) -> list[Fit]:
-    """All fits of a joint: which part is inside, and which part has the ends of the contact."""
+    """All fits of a joint. A fit states which part is inside, and which part has the ends of the contact."""
     pins = pins[:1] if kind.bodiless else pins
     ends = ("pin", "bearing") if kind.slides_along >= 0 and overlaps(kind) else ("pin",)
     return [Fit(*each) for each in product(pins, ends)]
@@ -235,7 +235,8 @@ def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> l
 
 
 def _tabled(names: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
-    """The parameters, with a table for each number that may be a table. All tables are over load, or all over speed."""
+    """The parameters, with tables in place of the numbers that may be tables. In a set, all tables are over load, or all are over
+    speed."""
     tables = {s.name for c in CONTACTS.values() for s in c.sizes if s.by_load} & set(names)
     for over, some in product(TABLES, ({EFFICIENCY.name}, tables)):
         if some <= tables:

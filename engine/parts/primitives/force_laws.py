@@ -26,8 +26,9 @@ from trunnion.system.structure.bodies_and_joints import LawForce, Load
 
 @cache
 def along_freedom(law: str, what: str) -> Primitive:
-    """Primitive of a law along a freedom. Inputs: numbers, coordinate, rate. Adds to the output the ``force``, the ``power`` of a
-    damper, or the ``potential`` energy. With ``position``, the output is the position in the law's curve."""
+    """Primitive of a law along a freedom. Inputs: numbers, coordinate, rate. The primitive adds one quantity (``what``) to the
+    output: the ``force``, the ``power`` of a damper, or the ``potential`` energy. With ``position``, the output is the position in
+    the law's curve."""
     count = ParameterCounter()
     laws = (LawForce(law, count.take(REGISTRY[law].count)),)
     sym, q, rate = PrimitiveSymbols(count.count), SX.sym("q"), SX.sym("rate")
@@ -43,9 +44,10 @@ def along_freedom(law: str, what: str) -> Primitive:
 
 @cache
 def between_points(law: str, what: str) -> Primitive:
-    """Inputs: numbers (those of the law, points 3 + 3), motions of two bodies. Adds one quantity (``what``) to the output: the
-    ``wrench`` of a law on both bodies (6 each), the ``force`` that pulls the points together, the ``power`` of a damper, or the
-    ``potential`` energy. With ``position``, the output is the position in the law's curve."""
+    """Primitive of a law between two points. Inputs: numbers (those of the law, points 3 + 3), motions of two bodies. The primitive
+    adds one quantity (``what``) to the output. The quantities are the ``wrench`` on both bodies (6 each), the ``force`` that pulls
+    the points together, the ``power`` of a damper, and the ``potential`` energy. With ``position``, the output is the position in
+    the law's curve."""
     count = ParameterCounter()
     laws, points = (LawForce(law, count.take(REGISTRY[law].count)),), (count.take(3), count.take(3))
     sym, a, b = PrimitiveSymbols(count.count), SX.sym("a", MOTION), SX.sym("b", MOTION)

@@ -62,8 +62,8 @@ class _Evaluation:
 
 @cache
 def law(which: FrictionKey, alone: bool) -> Primitive:
-    """Inputs: ``_Evaluation.inputs``. Outputs: η in the order of the freedoms, ∂η/∂N (unless ``alone``), and a ``tr_sliding`` per
-    pair."""
+    """Primitive of a friction law. Inputs: ``_Evaluation.inputs``. Outputs: η in the order of the freedoms, ∂η/∂N (unless
+    ``alone``), and a ``tr_sliding`` per pair."""
     at = _Evaluation(which)
     contact, ls = at.element.contact, at.laws
     values = ca.vertcat(*contact.friction(*at.arguments))
@@ -77,8 +77,8 @@ def law(which: FrictionKey, alone: bool) -> Primitive:
 
 @cache
 def residual(which: FrictionKey) -> Primitive:
-    """Inputs: ``_Evaluation.inputs``, η, accelerations of the freedoms. Output: residuals of η. A residual is η − law(N, rates),
-    or for a pair at rest the acceleration."""
+    """Primitive of the residuals of η. Inputs: ``_Evaluation.inputs``, η, accelerations of the freedoms. Output: the residuals. The
+    residual of a sliding pair is η − law(N, rates). The residual of a pair at rest is the acceleration."""
     at, nv = _Evaluation(which), which.joint.kind.nv
     e, eta, acc = at.element, SX.sym("eta", nv), SX.sym("acc", nv)
     out = [eta[k] - value for k, value in enumerate(e.contact.friction(*at.arguments))]
@@ -91,8 +91,8 @@ def residual(which: FrictionKey) -> Primitive:
 
 @cache
 def held(which: FrictionKey, alone: bool) -> Primitive:
-    """Inputs: ``_Evaluation.inputs``, with the friction u in place of the rates. Outputs: a ``tr_hold`` per pair, and (unless
-    ``alone``) ∂(capacity)/∂N of each pair."""
+    """Primitive of static friction. Inputs: ``_Evaluation.inputs``, with the friction u in place of the rates. Outputs: a
+    ``tr_hold`` per pair, and (unless ``alone``) ∂(capacity)/∂N of each pair."""
     at = _Evaluation(which, "u")
     e = at.element
     found = e.contact.held(at.wrench, [at.rates[i] for i in e.eta], at.laws, at.numbers, e.friction.adams)
@@ -103,8 +103,8 @@ def held(which: FrictionKey, alone: bool) -> Primitive:
 
 @cache
 def grip(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], free: tuple[int, ...]) -> Primitive:
-    """Inputs: pose of a joint, and ∂law/∂N with a row per freedom. Output: ∂law/∂N ∂N/∂(reaction on the child), with a row per free
-    freedom (n×6)."""
+    """Primitive of the derivative of a law by the joint's reaction. Inputs: pose of the joint, and ∂law/∂N with a row per freedom.
+    Output: ∂law/∂N ∂N/∂(reaction on the child), with a row per free freedom (n×6)."""
     reaction = SX.sym("N", 6)
     ins, rows = pin_components(kind, forward, fit, needs, reaction)
     dN = SX.sym("dN", REGISTRY_OF_JOINTS[kind].nv, len(needs))
@@ -115,15 +115,16 @@ def grip(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], free: tuple
 
 @cache
 def drift(which: FrictionKey) -> Primitive:
-    """Inputs: ``_Evaluation.inputs``. Output: time derivatives of the law's states, 1/s."""
+    """Primitive of bristle rates. Inputs: ``_Evaluation.inputs``. Output: time derivatives of the law's states, 1/s."""
     at = _Evaluation(which)
     return expression_primitive(f"{which.name}_drift", at.inputs, {"out": at.element.contact.drifts(*at.arguments)})
 
 
 @cache
 def pressed(which: FrictionKey, soft: bool) -> Primitive:
-    """Inputs: ``_Evaluation.inputs``, and the friction u. Outputs: change of the joint's first scaled reactions by friction;
-    ∂(change)/∂N, then ∂(change)/∂u. soft: whether the joint has a stiffness, which is then the last number."""
+    """Primitive of the effect of friction on scaled reactions. Inputs: ``_Evaluation.inputs``, and the friction u. Outputs: change
+    of the joint's first scaled reactions by friction; ∂(change)/∂N, then ∂(change)/∂u. soft: whether the joint has a stiffness,
+    which is then the last number."""
     at, u = _Evaluation(which, soft=soft), SX.sym("u", which.joint.kind.nv)
     joint = replace(which.joint, stiffness=Param(len(_friction(which).numbers)) if soft else None)
     e = replace(at.element, joint=joint)

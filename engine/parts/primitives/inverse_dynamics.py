@@ -21,7 +21,8 @@ from trunnion.recursion.vector_algebra import SX, Gamma, GammaT
 
 
 def _walked(which: BodyKey) -> tuple[PrimitiveSymbols, SX, Motion, Step]:
-    """For a body: symbols of its joint and of the inboard body's motion, its own motion, and the step over its joint."""
+    """For a body: symbols of the body's joint and of the inboard body's motion, the motion of the body, and the step over the
+    joint."""
     kind, count = REGISTRY[which.kind], ParameterCounter()
     joint = a_joint(count, which.kind, which.forward, which.driven, kind.pitched, kind.nv)
     a_body(count)
@@ -36,8 +37,8 @@ def _named(which: BodyKey, what: str) -> str:
 
 @cache
 def outward(which: BodyKey) -> Primitive:
-    """Inputs: numbers, coordinates, rates and prescribed accelerations of the joint; motion of the inboard body. Outputs: motion,
-    pose, work."""
+    """Primitive of a body's motion. Inputs: numbers, coordinates, rates and prescribed accelerations of the joint; motion of the
+    inboard body. Outputs: motion, pose, work."""
     sym, carrier, motion, step = _walked(which)
     ins = {"numbers": sym.p, "q": sym.q, "v": sym.v, "known": sym.known, "carrier": carrier}
     pose = ca.vertcat(ca.vec(ca.densify(step.Ein)), ca.vec(ca.densify(step.Eout)), ca.densify(step.s))
@@ -48,7 +49,7 @@ def outward(which: BodyKey) -> Primitive:
 
 
 def _kept(which: BodyKey) -> tuple[SX, SX, SX, SX]:
-    """Symbols of ``work``: one vector with all numbers; and lever, Π and w from this vector."""
+    """The vector of all symbols of ``work``, and the lever, Π and w that this vector contains."""
     pattern = _walked(which)[3].Pi.sparsity()
     all_of = SX.sym("work", 9 + pattern.nnz())
     return all_of, all_of[:3], SX(pattern, all_of[3:-6]), all_of[-6:]
@@ -56,7 +57,7 @@ def _kept(which: BodyKey) -> tuple[SX, SX, SX, SX]:
 
 @cache
 def moved(which: BodyKey) -> Primitive:
-    """Inputs: work, Ż of the inboard body, q̈ of the free freedoms. Output: Ż."""
+    """Primitive of a body's acceleration. Inputs: work, Ż of the inboard body, q̈ of the free freedoms. Output: Ż of the body."""
     all_of, lever, Pi, w = _kept(which)
     Z, a = SX.sym("Z", 6), SX.sym("a", Pi.size2())
     return expression_primitive(_named(which, "moved"), {"work": all_of, "Z": Z, "qdd": a}, {"Zo": Gamma(lever, Z) + Pi @ a + w})
@@ -64,7 +65,7 @@ def moved(which: BodyKey) -> Primitive:
 
 @cache
 def carry(which: BodyKey) -> Primitive:
-    """Inputs: work, reaction on the body (6). Adds to the output the wrench of this reaction on the inboard body."""
+    """Inputs: work, reaction on the body (6). The primitive adds the wrench of this reaction on the inboard body to the output."""
     all_of, lever, _, _ = _kept(which)
     N = SX.sym("N", 6)
     return expression_primitive(_named(which, "carry"), {"work": all_of, "N": N}, {"up": GammaT(lever, N)}, ["up"])
@@ -72,8 +73,8 @@ def carry(which: BodyKey) -> Primitive:
 
 @cache
 def turned(which: BodyKey) -> Primitive:
-    """Inputs: work, reaction on the body (6). Subtracts from the outputs the wrench of this reaction on the inboard body, and the
-    forces of this reaction along the free freedoms."""
+    """Inputs: work, reaction on the body (6). The primitive subtracts two results of this reaction from the outputs: the wrench on
+    the inboard body, and the forces along the free freedoms."""
     all_of, lever, Pi, _ = _kept(which)
     N = SX.sym("N", 6)
     return expression_primitive(
@@ -83,8 +84,8 @@ def turned(which: BodyKey) -> Primitive:
 
 @cache
 def weigh(sign: int) -> Primitive:
-    """Inputs: numbers of a body (mass, centre 3, inertia 6), motion, wrench on the body (6), Ż. Adds sign (M Ż − F) to the output.
-    F includes the wrench and the velocity forces."""
+    """Inputs: numbers of a body (mass, centre 3, inertia 6), motion, wrench on the body (6), Ż. The primitive adds sign · (M Ż − F)
+    to the output. F includes the wrench and the velocity forces."""
     count = ParameterCounter()
     body = a_body(count)
     sym, motion = PrimitiveSymbols(count.count), SX.sym("motion", MOTION)

@@ -26,8 +26,9 @@ LATCH = 6
 
 @cache
 def device(what: str) -> Primitive:
-    """Inputs: numbers (``DEVICE``), flags of the stops (2), coordinate, rate. Adds to the output the ``force`` along the freedom,
-    the ``power`` of dampers, or the ``potential`` energy."""
+    """Primitive of a freedom's devices. Inputs: numbers (``DEVICE``), flags of the stops (2), coordinate, rate. The primitive
+    adds one quantity (``what``) to the output: the ``force`` along the freedom, the ``power`` of dampers, or the ``potential``
+    energy."""
     sym = Timed(DEVICE)
     q, rate = SX.sym("q"), SX.sym("rate")
     k, rest, damping, stiff, _, lower, upper = ca.vertsplit(sym.p)
@@ -64,7 +65,7 @@ def latch(what: str) -> Primitive:
 
 @cache
 def motor() -> Primitive:
-    """Inputs: numbers (stall, no_load), signal, rate. Adds the effort of a motor to the output."""
+    """Primitive of a motor. Inputs: numbers (stall, no_load), signal, rate. The primitive adds the motor's effort to the output."""
     sym, signal, rate = PrimitiveSymbols(2), SX.sym("signal"), SX.sym("rate")
     stall, no_load = ParameterCounter().take(2)
     out = motor_force(sym, Motor(stall, no_load, Signal("value")), signal, rate)
@@ -73,7 +74,7 @@ def motor() -> Primitive:
 
 @cache
 def depth(upper: bool) -> Primitive:
-    """Inputs: end of a stop (1), coordinate. Output: depth by which the stop is compressed."""
+    """Primitive of an end stop. Inputs: end of the stop (1), coordinate. Output: depth by which the stop is compressed."""
     end, q = SX.sym("end"), SX.sym("q")
     return expression_primitive(
         f"d_depth_{'upper' if upper else 'lower'}", {"end": end, "q": q}, {"out": (-1 if upper else 1) * (end - q)}
@@ -82,7 +83,8 @@ def depth(upper: bool) -> Primitive:
 
 @cache
 def push(upper: bool) -> Primitive:
-    """Inputs: damping of a stop (1), rate. Output: factor of the stop's elastic force, which is 0 at release (``stop_push``)."""
+    """Primitive of an end stop. Inputs: damping of the stop (1), rate. Output: factor of the stop's elastic force, which is 0 at
+    release (``stop_push``)."""
     damping, rate = SX.sym("damping"), SX.sym("rate")
     out = stop_push(damping, -1 if upper else 1, rate)
     return expression_primitive(f"d_push_{'upper' if upper else 'lower'}", {"damping": damping, "rate": rate}, {"out": out})

@@ -84,7 +84,8 @@ def _object(machine: Machine, flags: tuple[str, ...], text: str) -> Path:
 
 
 def _stored_chunks() -> Iterator[Chunk]:
-    """The chunks of the whole catalogue. They are written once; a build for a second machine finds them in the cache."""
+    """The chunks of the whole catalogue. The first build writes the chunks; a build for a second machine finds them in the
+    cache."""
     file = library_cache.cache_folder() / f"texts-{texts_key()}" / "texts.json"
     if file.exists():
         yield from ((name, tuple(flags), text) for name, flags, text in json.loads(file.read_text()))
@@ -101,7 +102,7 @@ def _stored_chunks() -> Iterator[Chunk]:
 
 
 def _chunks(recipes: Iterable[Recipe]) -> Iterator[Chunk]:
-    """Chunks with all primitives. If several recipes of a library give equal primitives, it contains only one of them."""
+    """Chunks with all primitives. If several recipes of a library give equal primitives, the library contains only one of them."""
     texts: dict[tuple[str, str], str] = {}
     begun: dict[tuple[str, tuple[str, ...]], list[str]] = {}
     for recipe in recipes:

@@ -57,8 +57,8 @@ def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], c
 
 @cache
 def bearing(kind: str, ground: str) -> Primitive:
-    """Primitive of the argument at which a curve is evaluated. Inputs: numbers, motions. Output: the angle of a cam's profile, or a
-    point (2) in a curve's plane."""
+    """Primitive of the argument of a curve. Inputs: numbers, motions. Output: the angle of a cam's profile, or a point (2) in a
+    curve's plane."""
     sym, ins, c = _closing(kind, ground)
     if c.joint.kind.follows == "curve":
         axes = slot_axes(sym, c) if c.joint.slot else (c.Ein[:, 1], c.Ein[:, 2])
@@ -105,7 +105,7 @@ def _beside(columns: list[SX]) -> SX:
 def tie(follower: str, leader: str, coupling: str = MIMIC.name) -> Primitive:
     """Coupling of a freedom that follows another freedom. Inputs: numbers (50: two frames and two points of each joint, ratio,
     offset), coordinates and rates of the two freedoms (2 each), motions of the four bodies. Outputs: residual, rate and ξ of the
-    constraint row, and its wrenches on the four bodies. For a gearbox, also the outputs of ``cut`` that belong to its freedom,
+    constraint row, and its wrenches on the four bodies. For a gearbox, also the outputs of ``cut`` for the gearbox's freedom,
     except the rate."""
     n, q, v = ParameterCounter(), SX.sym("q", 2), SX.sym("v", 2)
     ends = {name: SX.sym(name, MOTION) for name in ("inb", "out", "inb2", "out2")}
@@ -146,7 +146,8 @@ def _place(c: cutting.Cut) -> dict[str, SX]:
 
 @cache
 def outboard(forward: bool) -> Primitive:
-    """Inputs: N on the child (6), pose of a tree joint. Output: force and torque on the outboard part at its point (6)."""
+    """Primitive of a tree joint's wrench. Inputs: N on the child (6), pose of the joint. Output: force and torque on the outboard
+    part at the part's joint point (6)."""
     N, pose = SX.sym("N", 6), SX.sym("pose", POSE)
     f, t, s = N[:3], N[3:], pose[18:]
     if not forward:
@@ -161,8 +162,8 @@ def _posed() -> tuple[SX, SX, SX, SX, SX]:
 
 @cache
 def pin(kind: str, fit: Fit, needs: tuple[str, ...]) -> Primitive:
-    """Inputs: wrench on the outboard part (6), pose (and lengths of overlapping parts). Output: the components ``needs`` of f_c,
-    m_c; 0 for the span."""
+    """Primitive of the pin's wrench. Inputs: wrench on the outboard part (6), pose (and lengths of overlapping parts). Output: the
+    components ``needs`` of f_c, m_c; the component of the span is 0."""
     ft, pose, Ein, Eout, s = _posed()
     joint = Joint("", kind, 0, 0, (), (), (), (), fit, None, (), None, True)
     ins = {"ft": ft, "pose": pose} | ({"lengths": SX.sym("lengths", 2)} if fit.ends == OVERLAP else {})
@@ -173,9 +174,9 @@ def pin(kind: str, fit: Fit, needs: tuple[str, ...]) -> Primitive:
 
 @cache
 def weighed(sign: int) -> Primitive:
-    """Inputs: wrench on the outboard part (6), the joint's point (3), motion and numbers of one body, half the trace of the body's
-    inertia. Output: the wrench scaled by mass and inertia (6). In loops without friction, scaled wrenches select the reactions of
-    redundant loops."""
+    """Primitive of a scaled wrench. Inputs: wrench on the outboard part (6), the joint's point (3), motion and numbers of one body,
+    half the trace of the body's inertia. Output: the wrench scaled by mass and inertia (6). In loops without friction, scaled
+    wrenches select the reactions of redundant loops."""
     count = ParameterCounter()
     body = a_body(count)
     sym, ft, point = PrimitiveSymbols(count.count), SX.sym("ft", 6), SX.sym("point", 3)
@@ -189,8 +190,8 @@ def weighed(sign: int) -> Primitive:
 
 @cache
 def arm(bodies: int) -> Primitive:
-    """Inputs: half the trace of the inertia, and the mass, of each body of a joint; squared size of the joint's block, without and
-    with mass centres. Output: half length of the contacts of a joint without friction."""
+    """Primitive of the arm of a joint without friction. Inputs: half the trace of the inertia, and the mass, of each body of the
+    joint; squared size of the joint's block, without and with mass centres. Output: half length of the joint's contacts."""
     spin, mass, size, wide = SX.sym("spin", bodies), SX.sym("mass", bodies), SX.sym("size"), SX.sym("wide")
     out = arm_of(size, wide, ca.vertsplit(spin), ca.vertsplit(mass))
     return expression_primitive(f"k_arm_{bodies}", {"spin": spin, "mass": mass, "size": size, "wide": wide}, {"out": out})
@@ -198,9 +199,9 @@ def arm(bodies: int) -> Primitive:
 
 @cache
 def sprung(kind: str, fit: Fit, sizes: tuple[str, ...], soft: bool, driven: tuple[int, ...]) -> Primitive:
-    """Inputs: wrench on the outboard part (6), pose, sizes of the contact element (and the joint's stiffness), arm. Output: forces
-    of the contacts, modelled as springs; with friction in loops, they select the reactions of redundant loops. sizes: names of the
-    sizes; empty without friction."""
+    """Primitive of contacts as springs. Inputs: wrench on the outboard part (6), pose, sizes of the contact element (and the
+    joint's stiffness), arm. Output: the spring forces of the contacts; with friction in loops, these forces select the reactions of
+    redundant loops. sizes: names of the sizes; empty without friction."""
     ft, pose, Ein, Eout, s = _posed()
     n = ParameterCounter()
     friction = FrictionElement("", "", False, tuple((name, n.take_one()) for name in sizes), ()) if sizes else None

@@ -31,8 +31,8 @@ INTERPRETER = [
 
 
 class _LazyModule:
-    """Stands for a module of primitives. Only for a primitive that is neither installed nor cached does a function of the module
-    run, and import the symbolic library."""
+    """Stands for a module of primitives. A function of the module runs, and imports the symbolic library, only to build a primitive
+    that is neither installed nor cached."""
 
     def __init__(self, module: str):
         self._module = module
@@ -117,19 +117,19 @@ def _from_facts(facts: dict[str, Any], key: str, library: Path) -> Primitive:
 
 @lru_cache(maxsize=1)
 def primitives_key() -> str:
-    """Digest of everything that influences the machine code of primitives: ``texts_key`` and the compiler."""
+    """Digest of all that determines the machine code of primitives: ``texts_key`` and the compiler."""
     return library_cache.digest(texts_key(), *c_compiler.toolchain())
 
 
 @lru_cache(maxsize=1)
 def texts_key() -> str:
-    """Digest of everything that influences the C text of primitives: sources and symbolic library."""
+    """Digest of all that determines the C text of primitives: sources and symbolic library."""
     sources = library_cache.digest_of_files(FOLDER, ["."], (".py",))
     return library_cache.digest(sources_key(), sources, c_compiler.version_of("casadi"))
 
 
 def compiled_interpreter(machine: c_compiler.Machine | None = None) -> Path:
-    """The library of the interpreter for a machine, by default this machine. It is compiled once."""
+    """The library of the interpreter for a machine, by default this machine. The library is compiled once."""
     name = f"interpreter{machine.suffix if machine else c_compiler.library_suffix()}"
     key = library_cache.digest(*(f.read_text() for f in INTERPRETER), header(), *c_compiler.toolchain(machine))
 
@@ -227,8 +227,8 @@ def libraries(primitives: Sequence[Primitive]) -> list[ctypes.CDLL]:
 
 
 def _found_again(p: Primitive) -> str:
-    """The library of a primitive that was pruned, or was compiled after this process looked it up: unpacked again from the
-    installation, or from the cache; otherwise ""."""
+    """The library of a primitive that was pruned, or was compiled after this process looked for it. The library is unpacked again
+    from the installation, or taken from the cache; "" if neither has the library."""
     again = prebuilt_libraries.unpacked(library_name(p.recipe))
     if again and str(again) == p.library:
         return p.library

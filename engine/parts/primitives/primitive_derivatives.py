@@ -29,7 +29,7 @@ def tangent(module: str, function: str, which: tuple[Hashable, ...], numbers: bo
     """Tangents of the primitive with one op that a function of a module builds from ``which``. numbers: whether directions also
     change the operand ``numbers``.
 
-    sizes of the result: sizes of all inputs, outputs and stored values. Their keys: "out NAME" for an output, "added NAME" for an
+    sizes of the result: sizes of all inputs, outputs and stored values. The keys of outputs are "out NAME", or "added NAME" for an
     output that is added to its slot."""
     expressions: Expressions = getattr(import_module(f"trunnion.parts.primitives.{module}"), function)(*which).expressions
     seeded = [n for n in expressions.inputs if n not in FIXED and (numbers or n != "numbers")]

@@ -39,7 +39,7 @@ KEPT = "kept"
 """Name of the operand with the values that tangents store at a point."""
 BARE: dict[str, tuple[str, ...] | None] = {"": None, "moving": ("phi", "rate", "xi", "gin", "gout"), "closed": ("phi", "rate")}
 """Outputs of a cut joint's primitive, by variant. None: all outputs; "moving": those that stepping needs; "closed": those that
-closure needs. The last two are only for joints without forces along their freedoms."""
+closure needs. "moving" and "closed" are only for joints without forces along their freedoms."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Primitive:
 
     operands: names of the operands of each op, in order. sizes: numbers of doubles, by kind. key: digest of the recipe. library:
     path. recipe: module, function and arguments that build the primitive. text (C text) and expressions exist only in the process
-    that built the primitive; expressions only if it has a single op."""
+    that built the primitive; expressions exist only for a primitive with a single op."""
 
     operands: Mapping[str, tuple[str, ...]]
     sizes: Mapping[str, int] = field(default_factory=dict)
@@ -135,7 +135,7 @@ def rubbing(e: Element) -> FrictionKey:
     numbers = ParameterCounter()
     bound = tuple(i - first for i in f.bound)
     own = FrictionElement(f.contact, f.law, f.adams, tuple((name, numbers.take_one()) for name, _ in f.numbers), sliders, bound)
-    ends = OVERLAP if e.joint.fit.ends == OVERLAP else "pin"  # which part has the ends affects operands, not code
+    ends = OVERLAP if e.joint.fit.ends == OVERLAP else "pin"  # the choice of the part with the ends affects operands, not code
     fit = Fit(e.joint.fit.pin_out and bool(e.needs), ends)
     joint = replace(e.joint, name="", fit=fit, inb=0, out=0, inb_point=(), out_point=(), inb_frame=(), out_frame=(), pitch=None,
                     devices=(), friction=own, cut=False, child=0, forward=True, q0=0, v0=0, rows=0, stiffness=None,
@@ -160,5 +160,6 @@ class ParameterCounter:
 
 
 def sized(contact: str) -> tuple[str, ...]:
-    """Labels of all sizes of a contact element that determine how its contacts carry load, even if a scene omits them."""
+    """Labels of all sizes of a contact element that determine how the contacts carry load. Sizes that a scene omits are
+    included."""
     return tuple(label for s in CONTACTS[contact].sizes if s.bears for label in s.labels)

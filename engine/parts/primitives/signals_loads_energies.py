@@ -29,8 +29,8 @@ from trunnion.system.structure.bodies_and_joints import Body, Fit, Joint, Load, 
 from trunnion.system.structure.external_value_layout import TIMES
 
 LEAVES = {"value": 1, "through": 2 * KNOTS} | {label: count for kind in SIGNALS.values() for label, count in kind.labels.items()}
-"""Number of parameters of a signal, by kind. A table has none; those of limits and expressions belong to the primitives ``limit``
-and ``operation``."""
+"""Number of parameters of a signal, by kind. A table has no parameters. The parameters of limits and expressions belong to the
+primitives ``limit`` and ``operation``."""
 
 
 class Timed(PrimitiveSymbols):
@@ -51,7 +51,8 @@ class Timed(PrimitiveSymbols):
 
 @cache
 def signal(kind: str, moves: bool) -> Primitive:
-    """Inputs: numbers, time. Output: value of a signal; with ``moves``, also its rate and acceleration."""
+    """Primitive of a signal. Inputs: numbers, time. Output: the signal's value; with ``moves``, also the rate and the
+    acceleration."""
     count = ParameterCounter()
     s = Signal(kind, count.take(LEAVES[kind]))
     sym = Timed(count.count)
@@ -62,15 +63,15 @@ def signal(kind: str, moves: bool) -> Primitive:
 
 @cache
 def limit() -> Primitive:
-    """Inputs: lower and upper limit, value u. Output: the limited value."""
+    """Primitive of a limit. Inputs: lower and upper limit, value u. Output: the limited value."""
     sym, u = PrimitiveSymbols(2), SX.sym("u")
     return expression_primitive("s_limit", {"numbers": sym.p, "u": u}, {"out": ca.fmax(sym.p[0], ca.fmin(sym.p[1], u))})
 
 
 @cache
 def operation(what: str, order: int) -> Primitive:
-    """Inputs: the operands of an operation of a formula of time (``scene.signals.time_formulas``), each with ``order`` values.
-    Output: its result."""
+    """Primitive of an operation in a formula of time (``scene.signals.time_formulas``). Inputs: the operands, each with ``order``
+    values. Output: the result of the operation."""
     a, b = SX.sym("a", order), SX.sym("b", order)
     ins = {"a": a, "b": b} if what in ("+", "-", "*", "/") else {"a": a}
     name = {"+": "add", "-": "subtract", "*": "multiply", "/": "divide"}.get(what, what)
@@ -86,8 +87,8 @@ def time() -> Primitive:
 
 @cache
 def load(kind: str, body_frame: bool, what: str) -> Primitive:
-    """Inputs: numbers (point 3), motion, value (3) of a force or torque on a body. Adds its ``wrench`` (6) or its ``power`` to the
-    output."""
+    """Primitive of a force or torque on a body. Inputs: numbers (point 3), motion, value (3). The primitive adds the ``wrench`` (6)
+    or the ``power`` of the load to the output."""
     sym, motion = Timed(3), SX.sym("motion", MOTION)
     value = SX.sym("value", 3)
     sym.load = lambda s: value[s.index]  # type: ignore[method-assign]
@@ -101,7 +102,7 @@ def load(kind: str, body_frame: bool, what: str) -> Primitive:
 
 @cache
 def place() -> Primitive:
-    """Inputs: point (3), motion of its body. Output: position of the point."""
+    """Primitive of a point. Inputs: the point (3), motion of the point's body. Output: position of the point."""
     sym, motion = PrimitiveSymbols(3), SX.sym("motion", MOTION)
     m = unpack_motion(ca.vertsplit(motion))
     return expression_primitive("l_place", {"numbers": sym.p, "motion": motion}, {"out": m.r + m.R @ sym.p})
@@ -109,8 +110,8 @@ def place() -> Primitive:
 
 @cache
 def spring(what: str) -> Primitive:
-    """Spring-damper. Inputs: numbers (3, points 3 + 3), motions of two bodies. Adds to the output the ``wrench`` on both bodies (6
-    each), the ``power`` of the damper, or the ``potential`` energy."""
+    """Primitive of a spring-damper. Inputs: numbers (3, points 3 + 3), motions of two bodies. The primitive adds one quantity
+    (``what``) to the output: the ``wrench`` on both bodies (6 each), the ``power`` of the damper, or the ``potential`` energy."""
     count = ParameterCounter()
     numbers = count.take(3)
     points = (count.take(3), count.take(3))
@@ -127,8 +128,9 @@ def spring(what: str) -> Primitive:
 
 @cache
 def bushing(what: str) -> Primitive:
-    """Bushing. Inputs: numbers (12, points 3 + 3, frames 9 + 9), motions of two bodies. Adds to the output the ``wrench`` on both
-    bodies (6 each), the ``power`` of the damping, or the ``potential`` energy."""
+    """Primitive of a bushing. Inputs: numbers (12, points 3 + 3, frames 9 + 9), motions of two bodies. The primitive adds one
+    quantity (``what``) to the output: the ``wrench`` on both bodies (6 each), the ``power`` of the damping, or the ``potential``
+    energy."""
     count = ParameterCounter()
     numbers, points, frames = count.take(12), (count.take(3), count.take(3)), (count.take(9), count.take(9))
     sym, a, b = Timed(count.count), SX.sym("a", MOTION), SX.sym("b", MOTION)
@@ -143,8 +145,8 @@ def bushing(what: str) -> Primitive:
 
 @cache
 def energies() -> Primitive:
-    """Inputs: numbers of a body (mass, centre 3, inertia 6), gravity (3), motion. Adds kinetic and potential energy to the
-    output."""
+    """Primitive of a body's energies. Inputs: numbers of the body (mass, centre 3, inertia 6), gravity (3), motion. The primitive
+    adds kinetic and potential energy to the output."""
     count = ParameterCounter()
     body: Body = a_body(count)
     sym, motion, g = PrimitiveSymbols(count.count), SX.sym("motion", MOTION), SX.sym("g", 3)
@@ -157,8 +159,8 @@ def energies() -> Primitive:
 
 
 def pin_components(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], N: SX) -> tuple[dict[str, SX], SX]:
-    """Inputs and components. Inputs: symbols of a joint's pose and, if its parts overlap, of their lengths, by name. Components:
-    the components ``needs`` of f_c and m_c, as expressions of the inputs and of the reaction N (6) on the joint's child."""
+    """(inputs, components). Inputs, by name: symbols of a joint's pose and, if the joint's parts overlap, of the parts' lengths.
+    Components: ``needs`` of f_c and m_c, as expressions of the inputs and of the reaction N (6) on the joint's child."""
     pose, none = SX.sym("pose", POSE), zeros(3)
     Ein, Eout, s = ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3), pose[18:]
     joint = Joint("", kind, 0, 0, (), (), (), (), fit, None, (), None, False, 0, forward)
@@ -168,7 +170,8 @@ def pin_components(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], N
 
 @cache
 def span() -> Primitive:
-    """Inputs: pose, lengths of the inboard and outboard part (2). Output: half the length of their overlap."""
+    """Primitive of an overlap. Inputs: pose, lengths of the inboard and outboard part (2). Output: half the length of the
+    overlap."""
     pose, both = SX.sym("pose", POSE), SX.sym("lengths", 2)
     return expression_primitive(
         "r_span", {"pose": pose, "lengths": both}, {"out": overlap(pose[18:], ca.reshape(pose[:9], 3, 3), both)[1]}
@@ -177,8 +180,8 @@ def span() -> Primitive:
 
 @cache
 def pin(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...]) -> Primitive:
-    """Inputs: reaction N on the child (6), pose (and lengths of overlapping parts). Output: the components ``needs`` of f_c and
-    m_c. The entry of the span, if any, is 0."""
+    """Primitive of the pin's wrench. Inputs: reaction N on the child (6), pose (and lengths of overlapping parts). Output: the
+    components ``needs`` of f_c and m_c. The entry of the span, if any, is 0."""
     N = SX.sym("N", 6)
     ins, out = pin_components(kind, forward, fit, needs, N)
     words = [CONTACTS[REGISTRY[kind].friction].name, "out" if forward else "in", fit.label, *needs]
@@ -187,7 +190,8 @@ def pin(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...]) -> Primitive
 
 @cache
 def along(kind: str, forward: bool, k: int) -> Primitive:
-    """Inputs: N on the child (6), pose, pitch. Output: the force along freedom k that a joint transmits to its outboard part."""
+    """Primitive of a transmitted force. Inputs: N on the child (6), pose, pitch. Output: the force along freedom k that a joint
+    transmits to its outboard part."""
     N, pose, pitch = SX.sym("N", 6), SX.sym("pose", POSE), SX.sym("pitch")
     Ein, Eout, s = ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3), pose[18:]
     f, t = N[:3], N[3:]
@@ -204,14 +208,14 @@ def along(kind: str, forward: bool, k: int) -> Primitive:
 
 @cache
 def at_least() -> Primitive:
-    """Inputs: value, least. Output: max(value, least)."""
+    """Primitive of a lower limit. Inputs: value, least. Output: max(value, least)."""
     value, least = SX.sym("value"), SX.sym("least")
     return expression_primitive("s_at_least", {"value": value, "least": least}, {"out": ca.fmax(value, least)})
 
 
 @cache
 def quaternion() -> Primitive:
-    """Inputs: quaternion (4), angular rates (3). Output: rate of the quaternion."""
+    """Primitive of a quaternion's rate. Inputs: quaternion (4), angular rates (3). Output: rate of the quaternion."""
     q, spin = SX.sym("q", 4), SX.sym("spin", 3)
     rate = quaternion_rate([q[i] for i in range(4)], [spin[k] for k in range(3)])
     return expression_primitive("q_quaternion", {"q": q, "spin": spin}, {"out": rate})

@@ -121,8 +121,8 @@ class ScenePasses(JointForces):
         return made
 
     def outboard_wrench(self, program: Program, j: Joint, m: BodySlots | CutJointSlots, N: Slot, out: Slot) -> None:
-        """Write force and torque on a joint's outboard part. For a cut joint, this is only the contribution of its devices. N:
-        reaction of a tree joint."""
+        """Write force and torque on a joint's outboard part. For a cut joint, the wrench contains only the forces of its devices.
+        N: reaction of a tree joint."""
         if isinstance(m, CutJointSlots):
             program.zero(out)
             program.call(Builtin.ADD_COLUMNS, [m.blocks["wat"], m.effort, out], [6, j.kind.nv])
@@ -131,11 +131,11 @@ class ScenePasses(JointForces):
 
     @staticmethod
     def freedom_acceleration(j: Joint, k: int, m: BodySlots, qdd: Slot) -> Slot:
-        """Acceleration of freedom k of a tree joint: an entry of q̈ (nv), or the prescribed acceleration."""
+        """Acceleration of freedom k of a tree joint: an entry of q̈ (nv), or a prescribed acceleration."""
         return qdd.slice(j.v0 + j.free.index(k), 1) if k in j.free else m.known.slice(k, 1)
 
     def force_on(self, program: Program, b: int, moving: list[BodySlots], allocate: Allocate) -> Slot:
-        """The slot of the wrench on a body; loads and devices add to its initial zero."""
+        """The slot of the wrench on a body. The slot starts at zero; loads and devices add to it."""
         if moving[b].force is self.zeros:
             moving[b].force = allocate(6)
             program.zero(moving[b].force)
@@ -177,8 +177,8 @@ class ScenePasses(JointForces):
         return N
 
     def drive_effort(self, program: Program, j: Joint, k: int, m: BodySlots, N: Slot, out: Slot) -> None:
-        """Write the effort of a drive: transmitted force along the freedom − device forces + η (the friction force is −η) + inertia
-        force of the rotor."""
+        """Write the effort of a drive. The effort is the transmitted force along the freedom, minus the device forces, plus η (the
+        friction force is −η), plus the inertia force of the rotor."""
         devices = program.scratch_slot(1)
         pitch = self.numbers([j.pitch if j.pitch is not None else 0.0])
         self.call(program, signals_loads_energies.along(j.kind_name, j.forward, k), N=N, pose=m.pose, pitch=pitch, out=out)
@@ -195,7 +195,7 @@ class ScenePasses(JointForces):
             program.call(Builtin.ADD_DOT, [self.numbers([d.inertia]), m.known.slice(k, 1), out], [1, 1])
 
     def eta(self, j: Joint) -> Slot:
-        """Friction multipliers of a joint."""
+        """The friction multipliers of a joint."""
         assert j.friction is not None
         return Slot(Space.Z, self.multipliers + j.friction.eta[0], j.kind.nv)
 
@@ -210,7 +210,7 @@ class ScenePasses(JointForces):
             program.call(Builtin.ADD_COLUMNS, [c.blocks[ALONG[g]], self.times(program, self.eta(j), -sign), out], [6, j.kind.nv])
 
     def times(self, program: Program, numbers: Slot, sign: int) -> Slot:
-        """Slot of ``sign`` (1 or −1) times these numbers."""
+        """Slot of these numbers times ``sign`` (1 or −1)."""
         if sign > 0:
             return numbers
         out = program.scratch_slot(numbers.size)

@@ -1,5 +1,5 @@
-"""Operands of output columns as slots. Each operand in ``trunnion.columns.operands`` has a method. The first column that needs a
-pass of the recursion adds it to the program."""
+"""Operands of output columns as slots. Each operand in ``trunnion.columns.operands`` has a method here. The first column that needs
+a pass of the recursion adds this pass to the program."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from trunnion.system.structure.parameter_table import Leaves
 
 
 class OperandSlots(NamedTuple):
-    """An operand. slots: a slot for each operand of the primitive; the key "" stands for the name of the column's operand.
+    """An operand. slots: a slot for each operand of the primitive; the key "" stands for the name of the operand itself.
     structure: data, besides the operand's name, that determine the primitive's code."""
 
     slots: dict[str, Slot]
@@ -31,7 +31,7 @@ class OperandSlots(NamedTuple):
 
 
 def sized(slot: Slot) -> OperandSlots:
-    """A vector whose size is determined by a joint's structure."""
+    """A vector whose size depends on a joint's structure."""
     return OperandSlots({"": slot}, slot.size)
 
 
@@ -86,7 +86,7 @@ class ColumnOperands:
         return self._N
 
     def once(self, key: Hashable, size: int, make: Callable[[Slot], None]) -> Slot:
-        """The slot of this key. The first request calls ``make``, which writes its values."""
+        """The slot of this key. The first request calls ``make``, which writes the values of the slot."""
         if key not in self._made:
             self._made[key] = self.program.scratch_slot(size)
             make(self._made[key])

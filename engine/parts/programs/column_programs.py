@@ -1,4 +1,4 @@
-"""Programs of an output row: the selected columns, and the contact forces in which contact jumps are found."""
+"""Programs of an output row: the selected columns, and the contact forces in which the runtime finds contact jumps."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class ColumnPrograms(ColumnOperands):
         return self.output(CONTACT.name, (joint,), "watched")
 
     def output(self, kind: str, subject: tuple, name: str) -> Slot:
-        """Slot of an output of a kind's expression. The output of a kind that only selects a value has the name ""."""
+        """Slot of an output of a kind's expression. If a kind only selects a value, the output has the name ""."""
         if (kind, subject) not in self._evaluated:
             self._evaluated[kind, subject] = self._evaluate(kind, subject)
         return self._evaluated[kind, subject][name]

@@ -121,14 +121,14 @@ class EvaluationPasses:
         return ft
 
     def along_cut(self, program: Program, c: CutJointSlots, Z: Sequence[Slot], out: Slot) -> None:
-        """Add to ``out``, the accelerations of a cut joint's freedoms, the part that the accelerations Z of its two bodies
-        cause."""
+        """Add the effect of the accelerations Z of a cut joint's two bodies to ``out``, the accelerations of the joint's
+        freedoms."""
         for which, z in zip(("win", "wout"), Z, strict=True):
             program.call(Builtin.ADD_ROW_DOTS, [c.blocks[which], z, out], [6, c.joint.kind.nv, 6, 1])
 
     def pin_of_cut(self, program: Program, e: Element, ft: Slot, out: Slot, whole: bool = True) -> None:
         """Write the components of f_c, m_c that a cut joint's law needs, from the wrench on the joint's outboard part. whole:
-        whether this wrench is the total one, not that of one multiplier."""
+        whether this wrench is the total wrench, and not the wrench of one multiplier."""
         j, pose = e.joint, self.closing(e.joint).pose
         write_pin(self.scene, program, j, e.needs, ft, pose, out)
         if whole:

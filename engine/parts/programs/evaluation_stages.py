@@ -83,7 +83,7 @@ class EvaluationPrograms(EvaluationPasses):
         self.write_derivative(program, qdd, Z)
 
     def write_derivative(self, program: Program, qdd: Slot, Z: list[Slot]) -> None:
-        """From accelerations, write the powers, and the part of ẏ that follows the coordinate rates."""
+        """Write the powers, and the entries of ẏ after the coordinate rates. Both are computed from the accelerations."""
         system, s = self.system, self.scene
         nq, nv, nb = system.nq, system.nv, len(system.bristles)
         program.copy(qdd, Slot(Space.DY, nq, nv))

@@ -36,7 +36,7 @@ def write(s: ScenePasses, redundant: bool = False) -> None:
 
 
 def _states(s: ScenePasses, program: Program, e: Element, *more: Leaf) -> dict[str, Slot]:
-    """Operands of an element: numbers, modes, bristle states. In the space R, the bristle states follow the rates."""
+    """Operands of an element: numbers, modes, bristle states. In the space R, the bristle states come after the rates."""
     operands = element_operands(s, program, e, *more)
     if e.friction.bristles:
         rates = sum(o.joint.kind.nv for o in elements(s.system))
@@ -120,7 +120,7 @@ def _events(s: ScenePasses) -> None:
 
 
 def _freedom(s: ScenePasses, program: Program, closed: dict[str, CutJointSlots], j: Joint, k: int) -> tuple[Slot, Slot]:
-    """Coordinate and rate of freedom k of a joint; 0 for the coordinate if there is none."""
+    """Coordinate and rate of freedom k of a joint. The coordinate is 0 if the freedom has no coordinate."""
     i = j.kind.coordinate_of(k)
     if j.cut:
         q, v = closed[j.name].q, closed[j.name].v

@@ -110,7 +110,7 @@ def path_slots(
 @dataclass
 class FrictionLoop(LoopPath):
     """A loop in a mechanism with friction. sensed: rows of the loop's constraint equations on the bodies, in the layout of
-    ``pressed``, from which they differ with friction. friction: friction of the loop's cut joint."""
+    ``pressed``. With friction, their values differ from ``pressed``. friction: friction of the loop's cut joint."""
 
     sensed: Slot
     friction: CutJointFriction | None = None

@@ -1,8 +1,8 @@
 """Columns of the affine maps: accelerations and reactions under a unit of each multiplier. The unit force of each multiplier is
 reduced inward, from its joint to the ground. An outward pass over the branch then computes accelerations and reactions.
 
-All columns use the same calls for a body, in shared scratch. These calls are written once, in the program ``shared``: a column
-executes the range of each run of bodies. The results are copied into the maps."""
+All columns use the same calls for a body, in shared scratch. The program ``shared`` contains these calls once; each column executes
+the ranges for its bodies. The results are then copied into the maps."""
 
 from __future__ import annotations
 
@@ -57,8 +57,8 @@ class ForceColumns:
         return self.forces.slice(6 * (i if i != GROUND else len(self.system.bodies)), 6)
 
     def _inward(self) -> list[int]:
-        """Write the inward reduction of all bodies, outermost first. Returns positions in the program: entry i is where the calls
-        of body i end, entry i + 1 where they start."""
+        """Write the inward reduction of all bodies, outermost first. Returns positions in the program: the calls of body i start at
+        entry i + 1 and end at entry i."""
         s, ends = self.stepping, [len(self.shared.code)]
         for i, j in reversed(list(enumerate(self.system.tree))):
             self.scene.body_call(
@@ -69,8 +69,8 @@ class ForceColumns:
         return ends[::-1]
 
     def _outward(self, branch: list[int]) -> tuple[int, int]:
-        """Write the outward pass over the bodies of a branch, and the calls that fill the slots of the column from its results.
-        Returns the start and the length of these calls."""
+        """Write the outward pass over the bodies of a branch, and the calls that fill the slots of the column with the results of
+        the pass. Returns the start and the length of all these calls."""
         s, one, start = self.stepping, Program(), len(self.shared.code)
         for i in branch if s.asked else ():
             j, parent = self.system.tree[i], self.parents[i]
@@ -96,7 +96,7 @@ class ForceColumns:
             program.copy(free_of(self.qdd, j).slice(j.free.index(f), 1), self.held.slice(e.eta[0] + f, 1))
 
     def _execute(self, ranges: list[tuple[int, int]]) -> None:
-        """Write calls that execute ranges of the program ``shared``, each given by start and length. Successive ranges are one
+        """Write calls that execute ranges of the program ``shared``, each given by start and length. Adjacent ranges become one
         call."""
         joined: list[tuple[int, int]] = []
         for start, length in ranges:
@@ -220,7 +220,7 @@ class ForceColumns:
         return runs
 
     def _first(self) -> list[int]:
-        """For each body, the first body of its run. In a run, each body is the inboard body of the next one."""
+        """For each body, the first body of its run. In a run, each body is the inboard body of the next body."""
         first: list[int] = []
         for b, parent in enumerate(self.parents):
             first.append(first[parent] if GROUND < parent == b - 1 else b)
@@ -228,7 +228,7 @@ class ForceColumns:
 
     def _roots(self) -> list[int]:
         """For each body, the root of its branch: the body that a joint connects to the ground. A force on one body of a branch
-        moves all of them."""
+        moves all bodies of the branch."""
         roots: list[int] = []
         for b, parent in enumerate(self.parents):
             roots.append(b if parent == GROUND else roots[parent])

@@ -17,7 +17,7 @@ INERTIA = 36
 
 
 class RecursiveFriction:
-    """Writes the programs of this module, for a scene with friction. Requires the programs of ``stepping``."""
+    """Writes the programs of this module, for a scene with friction. The class needs the programs of ``stepping``."""
 
     def __init__(self, stepping: EvaluationPrograms):
         self.stepping, self.scene, self.system = stepping, stepping.scene, stepping.system
@@ -84,7 +84,8 @@ class RecursiveFriction:
             self.coupled.narrow(program)
 
     def _along(self, program: Program, j: Joint, m: BodySlots, less: Slot | None) -> Slot:
-        """Forces along a joint's free freedoms: device forces plus ``less``, the remainder −e of the linearised friction law."""
+        """Forces along a joint's free freedoms: the device forces plus ``less``. ``less`` is −e, the remainder of the linearised
+        friction law."""
         if less is not None and not self.scene.acts(j):
             return less
         out = program.scratch_slot(len(j.free))

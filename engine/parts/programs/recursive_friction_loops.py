@@ -90,7 +90,7 @@ class LoopFriction:
         )
 
     def _wrenches(self, program: Program, loop: FrictionLoop, dn: dict[str, Slot]) -> None:
-        """Write columns and rows on the two bodies of the cut joint. They differ by the friction of this joint."""
+        """Write columns and rows on the two bodies of the cut joint. Columns and rows differ by the friction of this joint."""
         c, j, r = loop.closed, loop.closed.joint, loop.friction
         how = [loop.stride, loop.offsets[j.inb], loop.offsets[j.out], len(loop.own), *loop.own]
         for out in (loop.pressed, loop.sensed):
@@ -141,7 +141,7 @@ class LoopFriction:
                 program.call(Builtin.ADD_COLUMNS, [c.blocks[w], less, self._own(program, found, body)], [6, c.joint.kind.nv])
 
     def _own(self, program: Program, found: list[Slot], i: int) -> Slot:
-        """Slot of the wrench on a body, for changes. At the first request, the wrench is copied to this new slot."""
+        """Slot in which the wrench on a body may be changed. The first request copies the wrench to a new slot."""
         if found[i] is self.stepping.moving[i].force:
             found[i] = program.scratch_slot(6)
             program.copy(self.stepping.moving[i].force.slice(0, 6), found[i])
@@ -168,7 +168,7 @@ class LoopFriction:
 
     def refine(self, program: Program, Z: list[Slot]) -> bool:
         """If there are many loops, and all of them share bodies, correct the multipliers once by the remaining residual. Returns
-        whether this was done. (For a ladder with a hundred rungs, the condition number of S is 1e8.)"""
+        whether the multipliers were corrected. (For a ladder with a hundred rungs, the condition number of S is 1e8.)"""
         if self.refines:
             self._left(program, self.gap, Z)
             program.call(Builtin.SOLVE_LOOPS, [self.low, self.high, self.gap, self.more], self.listed)
@@ -227,8 +227,8 @@ class LoopFriction:
         return Slot(Space.U, self.system.neta + loop.rows[0], len(loop.rows))
 
     def gaps(self, program: Program, Z: list[Slot]) -> None:
-        """Write the residuals of all rows under accelerations Ż; their place is after the accelerations of the freedoms. Also write
-        the reaction components and accelerations of cut joints with friction."""
+        """Write the residuals of all rows under accelerations Ż, after the accelerations of the freedoms. Also write the reaction
+        components and accelerations of cut joints with friction."""
         self._left(program, Slot(Space.A, self.system.neta, self.active), Z)
         for loop in self.loops:
             if loop.friction:
@@ -246,7 +246,7 @@ class LoopFriction:
                     program.call(Builtin.ADD_DOT, [c.row(which, row), z, own.slice(k, 1)], [6, 1])
 
     def shift(self, program: Program) -> None:
-        """Write the rates (nv) that change the rows by −gap and have the least norm in the mass metric."""
+        """Write the rates (nv) of least norm in the mass metric that change the constraint rows by −gap."""
         nv = self.system.nv
         program.call(Builtin.SOLVE_LOOPS, [self.low, self.high, Slot(Space.U, 0, self.active), self.lam], self.listed)
         y, Z = program.scratch_slot(nv), [program.scratch_slot(6) for _ in self.system.bodies]

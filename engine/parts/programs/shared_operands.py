@@ -57,13 +57,13 @@ def lengths_of(s: ScenePasses, j: Joint) -> dict[str, Slot]:
 
 
 def write_span(s: ScenePasses, program: Program, j: Joint, needs: Sequence[str], pose: Slot, out: Slot) -> None:
-    """Write the span of an overlap into the reaction components, if they include a span."""
+    """Write the span of an overlap into the reaction components, if these components include a span."""
     if SPAN in needs:
         s.call(program, signals_loads_energies.span(), pose=pose, out=out.slice(needs.index(SPAN), 1), **lengths_of(s, j))
 
 
 def write_pin(s: ScenePasses, program: Program, j: Joint, needs: Sequence[str], ft: Slot, pose: Slot, out: Slot) -> None:
-    """Write the components ``needs`` of f_c, m_c from the wrench on the outboard part. Sets the span to 0."""
+    """Write the components ``needs`` of f_c, m_c from the wrench on the outboard part. The span becomes 0."""
     if needs:
         pin = loop_joints_and_reactions.pin(j.kind_name, j.fit, tuple(needs))
         s.call(program, pin, ft=ft, pose=pose, out=out, **lengths_of(s, j))

@@ -16,12 +16,12 @@ from trunnion.system.structure.loop_joints import rows_of, rubbing_on_loops
 ROUND_OFF = 1e-12
 """Largest round-off of a sum that is zero in exact arithmetic. Terms of order one cancel in such a sum, if axes are oblique."""
 TRIALS = 3
-"""Number of random states. Several, because at a single state an entry may vanish by chance."""
+"""Number of random states. At a single state, an entry may vanish by chance."""
 
 
 class StructureProbe:
-    """Maps of a scene with all rows, at random states. table: record of the scene's kernel. call: calls a function of this
-    kernel."""
+    """Evaluates the maps of a scene with all rows, at random states. table: record of the scene's kernel. call: calls a function of
+    this kernel."""
 
     def __init__(self, system: System, table: Any, maps: Maps, call: Callable[..., None]):
         self.system, self.table, self.maps, self.call = system, table, maps, call

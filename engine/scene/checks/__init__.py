@@ -46,13 +46,13 @@ def findings(scene: Scene) -> list[Finding]:
 
 
 def problems(scene: Scene) -> list[Problem]:
-    """The problems of a scene that Python code made, without file and line: the first ``MOST`` problems, then a problem that counts
-    the others."""
+    """The problems of a scene that Python code made, without file and line: the first ``MOST`` problems, then a problem with the
+    number of further problems."""
     return list(error_of(findings(scene), {}).problems)
 
 
 def checked(scene: Scene) -> Scene:
-    """The scene itself; SceneError when it has problems."""
+    """The scene itself; raises SceneError when it has problems."""
     found = findings(scene)
     if found:
         raise error_of(found, {})

@@ -1,4 +1,4 @@
-"""Checks of bodiless joints. Such a joint couples two bodies that other joints carry; some keys are allowed only at these other
+"""Checks of bodiless joints. Such a joint couples two bodies that other joints carry. Some keys are allowed only at those other
 joints."""
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def check(scene: Scene) -> Iterator[Finding]:
 
 
 def _parts(kind: JointKind) -> tuple[str, str]:
-    """(the two parts that a joint couples, their motion), in words."""
+    """Two texts: the two parts that a joint couples, and the motion of these parts."""
     if kind.rolls:
         return "wheels", "turn"
     if kind.keeps_distance:

@@ -36,7 +36,7 @@ def _formula(path: Path, given: PlaceFormula, known: Mapping[str, Dimension]) ->
         for name in sorted(formula.names.intersection(PLACE, known)):
             yield Finding((*path, "formula"), f"{name} is a parameter and a coordinate", "give the parameter another name")
         if formula.names - set(known) - set(PLACE):
-            return  # the formula's numbers report a parameter without a value
+            return  # another check reports a parameter without a value
         measured = dimension(formula.root, {**known, **dict.fromkeys(PLACE, LENGTH)})
         agree(Computed(0.0, measured, given.formula, formula.names, False), "N")
     except UnitError as e:

@@ -57,7 +57,7 @@ def _rotations(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
 
 def _spun(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
     """A finding if the rotor inertias about the three axes of a quaternion joint differ. Neither part carries these axes, so the
-    energy of an inertia about one of them is undefined."""
+    energy of an inertia about one of these axes is undefined."""
     about = each(j.rotor_inertia, kind.nv)[kind.nv - 3 :] if kind.quaternion >= 0 and j.rotor_inertia is not None else []
     if len({v or 0.0 for v in about}) > 1:
         what = f"the three rotations of a {kind.name} joint must have the same rotor inertia"

@@ -44,7 +44,8 @@ def _nonzero(path: Path, d: Direction | None) -> Iterator[Finding]:
 
 
 def _side(path: Path, key: str, side: str | Side, j: Joint) -> Iterator[Finding]:
-    """Findings about the frame of one side, which follows from the side's own axis and reference, or from those of the joint."""
+    """Findings about the frame of one side. The frame follows from the side's own axis and reference, or from those of the
+    joint."""
     own = side.reference if isinstance(side, Side) else None
     axis, reference = axes_of(j, side)
     axes = ((*path, "axis"), (*path, "inboard", "axis"), (*path, "outboard", "axis"))

@@ -1,4 +1,4 @@
-"""Checks of friction: joints that support it, sizes of the pin, numbers that the law needs. The laws and contact elements
+"""Checks of friction: joints that support friction, sizes of the pin, numbers that the law needs. The laws and contact elements
 declare required numbers and allowed combinations; ``checks.number_bounds`` checks the values."""
 
 from __future__ import annotations
@@ -106,8 +106,8 @@ def _counts(element: str, name: str) -> int:
 
 
 def _coefficients(path: Path, f: Friction, element: ContactElement, law: str) -> Iterator[Finding]:
-    """Findings for missing numbers that the law needs. Numbers of other laws are allowed: they take effect if a run changes the
-    law."""
+    """Findings for missing numbers that the law needs. Numbers of other laws are allowed: these numbers take effect if a run
+    changes the law."""
     laws: tuple[Path, ...] = ((*path, "law"), ("friction", "law"))
     for n in LAWS[law].numbers:
         if getattr(f, n.name) is not None or n.default is not None or defaults_to_one(element, n, law):

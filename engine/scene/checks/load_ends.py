@@ -1,4 +1,4 @@
-"""Checks of the ends of springs, bushings and attractions: they must be on different bodies."""
+"""Checks of the ends of springs, bushings and attractions: the two ends must be on different bodies."""
 
 from __future__ import annotations
 

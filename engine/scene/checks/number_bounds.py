@@ -37,7 +37,8 @@ def check(scene: Scene) -> Iterator[Finding]:
 
 
 def _order(path: Path, high: float, values: Mapping[Path, float]) -> Iterator[Finding]:
-    """A finding if two numbers of one group are in the wrong order, unless one of the numbers violates its own bound."""
+    """A finding if two numbers of one group are in the wrong order. If one of the numbers violates its own bound, there is no such
+    finding."""
     order = order_of(path)
     below = (*path[:-1], order.low) if order is not None else path
     if order is None or below not in values or order.holds(values[below], high):

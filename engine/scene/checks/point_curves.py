@@ -82,7 +82,8 @@ def _points(path: Path, c: Curve) -> Iterator[Finding]:
 
 
 def _cross(a: Point, b: Point, p: Point, q: Point) -> bool:
-    """Whether the segments ab and pq have a common point. Segments of one straight line have none unless their ranges meet."""
+    """Whether the segments ab and pq have a common point. Segments of one straight line have a common point only if their ranges
+    meet."""
     meet = all(max(a[i], b[i]) >= min(p[i], q[i]) and max(p[i], q[i]) >= min(a[i], b[i]) for i in (0, 1))
     return meet and _side(a, b, p) * _side(a, b, q) <= 0 and _side(p, q, a) * _side(p, q, b) <= 0
 
@@ -92,7 +93,8 @@ def _side(a: Point, b: Point, p: Point) -> float:
 
 
 def _around(path: Path, j: Joint, c: Curve) -> Iterator[Finding]:
-    """Findings for devices that need the ends of a curve, if the curve is closed, and for devices beside a roller."""
+    """Findings for devices that a curve does not allow. A closed curve has no ends for end stops and springs. A joint with a roller
+    has no devices."""
     if j.roller is not None and j.unilateral is None:
         what = "a roller touches one side of its curve"
         yield Finding((*path, "roller"), what, "give unilateral, or use pin_in_slot for a roller between two walls")

@@ -1,4 +1,4 @@
-"""Notes about sliding contacts that stay on a long part by default: the user may have meant the short part. Such scenes are
+"""Notes about sliding contacts that stay on a long part by default. The user may have meant the short part, although the scene is
 valid."""
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ SHORT = 1.5
 
 
 def contact_end_notes(scene: Scene) -> list[str]:
-    """A note for every sliding joint whose contacts stay on a long part by default, although the other part is only about as long
-    as their distance. Such contacts do not move with the short part."""
+    """A note for every sliding joint whose contacts stay on a long part by default. The length of the other part is about the
+    distance of the contacts. Such contacts do not move with this short part."""
     notes = []
     for name, j in scene.joints.items():
         half = j.friction.half_length if j.friction is not None else None

@@ -1,4 +1,4 @@
-"""Checks of formulas of the time: their dimension must be that of the load or drive."""
+"""Checks of formulas of the time: a formula must have the dimension of its load or drive."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _formula(scene: Scene, path: Path, text: str, known: Mapping[str, Dimension]
     try:
         formula = parse_formula(text, timed=True)
         if formula.names - set(known) - {TIME}:
-            return  # the formula's numbers report a parameter without a value
+            return  # another check reports a parameter without a value
         periodic = (n for n in nodes(formula.root) if isinstance(n, Call) and n.function in PERIODIC)
         if any(_counts_cycles(n.arguments[0], known) and Number(math.pi) not in nodes(n.arguments[0]) for n in periodic):
             yield Finding(path, "Hz counts cycles, but sin and cos need an angle", "such as sin(2*pi*3 Hz*t)")
@@ -49,13 +49,13 @@ def _counts_cycles(node: Node, known: Mapping[str, Dimension]) -> bool:
 
 
 def _without_cycles(d: Dimension) -> Dimension:
-    """The dimension with cycles as radians: 2*pi*3 Hz*t is an angle."""
+    """The dimension, with cycles counted as radians: 2*pi*3 Hz*t is an angle."""
     a, b, c, turns, cycles = d
     return a, b, c, turns + cycles, 0
 
 
 def _uncounted(node: Node) -> Node:
-    """The formula with cycles as radians."""
+    """The formula, with cycles counted as radians."""
     if isinstance(node, Call):
         return Call(node.function, tuple(map(_uncounted, node.arguments)))
     return Number(node.value, _without_cycles(node.dimension)) if isinstance(node, Number) else node

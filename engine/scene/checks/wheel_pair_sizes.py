@@ -36,7 +36,7 @@ def check(scene: Scene) -> Iterator[Finding]:
 
 
 def _lead(path: Path, j: Joint) -> Iterator[Finding]:
-    """Findings about the lead angle of a worm, and about radii, which do not determine a worm."""
+    """Findings about the lead angle of a worm, and about radii of a worm: radii do not determine a worm."""
     worm = rolls_of(j).touch == "skew"
     if worm and not j.lead_angle:
         yield Finding((*path, "lead_angle"), f"a {j.type} needs a lead angle, not 0", "for example lead_angle: 10 deg")
@@ -48,7 +48,8 @@ def _lead(path: Path, j: Joint) -> Iterator[Finding]:
 
 
 def _sized(path: Path, j: Joint) -> Iterator[Finding]:
-    """Findings about sizes: one entry per wheel, either radii, or teeth with a module (for a belt or chain, with a pitch)."""
+    """Findings about sizes. A pair of wheels gives one entry per wheel: radii, or teeth with a module (for a belt or chain, with a
+    pitch)."""
     step, count = rolls_of(j).size, rolls_of(j).wheels
     usual = "teeth: [20, 40]" if count == 2 else "teeth: [20]"
     hint = f"{usual} and {step}: 2 mm, or radii"

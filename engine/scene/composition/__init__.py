@@ -1,1 +1,1 @@
-"""Composition: includes, assemblies and copies, which only files have, are replaced by plain bodies, joints and forces."""
+"""Composition: modules that replace includes, assemblies and copies, which only files have, by plain bodies, joints and forces."""

@@ -1,4 +1,4 @@
-"""The copies of an assembly and their transformations (mirror, rotate, line)."""
+"""The copies of an assembly, and the transformations of the copies (mirror, rotate, line)."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Copy:
 
 
 def copies(level: Level, path: Path, spec: dict[str, Any]) -> list[Copy]:
-    """All copies of an assembly; mistakes are added to the findings of ``level``."""
+    """All copies of an assembly; the function adds mistakes to the findings of ``level``."""
     try:
         last = (*_turns(spec.get("orientation")), *([shift_by(spec["position"])] if spec.get("position") is not None else []))
     except UnitError as e:
@@ -91,7 +91,8 @@ def _matrix(k: int, cosine: Term, sine: Term) -> tuple[tuple[Term, ...], ...]:
 
 
 def _checked_keys(how: Any, known: tuple[str, ...], needed: tuple[str, ...]) -> dict[str, Any]:
-    """The group ``how``. UnitError when a key is not in ``known``, a key of ``needed`` is missing, or ``how`` is not a group."""
+    """The group ``how``. Raises UnitError when a key is not in ``known``, a key of ``needed`` is missing, or ``how`` is not a
+    group."""
     if not isinstance(how, dict):
         raise UnitError(f"a group of keys is expected, not {shown(how)}", f"keys: {', '.join(known)}")
     for key in how:

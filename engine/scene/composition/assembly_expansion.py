@@ -1,4 +1,4 @@
-"""Expansion of assemblies: the parts that a file or group contains are renamed and become bodies and joints of the enclosing
+"""Expansion of assemblies. This module renames the parts of a file or group, and makes them bodies and joints of the enclosing
 scene."""
 
 from __future__ import annotations
@@ -60,8 +60,8 @@ def _add_assembly(level: Level, name: str, spec: Any, offered: Points) -> None:
 
 
 def _has_known_keys(level: Level, path: Path, given: dict[str, Any], known: list[str], teller: Level | None = None) -> bool:
-    """Whether all keys of a group are known. For each unknown key a finding is added to ``level``, and also to ``teller`` if
-    given."""
+    """Whether all keys of a group are known. For each unknown key, the function adds a finding to ``level``, and also to ``teller``
+    if given."""
     wrong = [k for k in given if k not in known]
     for key in wrong:
         hint = did_you_mean(key, known, "known keys") if closest(key, known) else f"known keys: {', '.join(known)}"
@@ -109,7 +109,7 @@ def _add_copy(level: Level, path: Path, name: str, spec: dict[str, Any], part: L
 
 
 def _number_names(data: dict[str, Any], number: int) -> dict[str, Any]:
-    """The part with {i} in its references replaced by the number of the copy."""
+    """A copy of the part in which the number of the copy replaces {i} in references."""
     if not number:
         return data
 
@@ -150,7 +150,7 @@ def _add_parameters(
     copy: Copy,
 ) -> None:  # fmt: skip
     """Add the parameters of a copy to its level; values under ``with`` replace the part's own. own: {parameter of the part: its new
-    name}; names: ``own``, and the number of the copy under the name i."""
+    name}; names: the names in ``own``, and the name i for the number of the copy."""
     given = _group(spec, "with")
     for name in given:
         if name not in own:
@@ -167,7 +167,7 @@ def _add_parameters(
 
 
 def _resolve_points(level: Level, offered: Points) -> None:
-    """Replace references to points of assemblies by references to the points of their bodies."""
+    """Replace references to points of assemblies by references to points of the assemblies' bodies."""
 
     def rename(text: str, at: Path) -> str:
         body, _, point = text.partition(".")

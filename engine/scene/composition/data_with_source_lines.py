@@ -1,4 +1,5 @@
-"""Plain data with the source line of every path. Values from other files and values of copies keep the lines of their sources."""
+"""Plain data with the source line of every path. Values from other files, and values of copies, keep the lines from which they
+come."""
 
 from __future__ import annotations
 
@@ -54,7 +55,7 @@ class Level:
         self.findings.append(Finding(path, what, hint, self.line(path)))
 
     def line(self, path: Path) -> int:
-        """The line (with its file) of a path, or of the nearest enclosing part that has a line."""
+        """The line (and file) of a path, or of the nearest enclosing part that has a line."""
         found = line_of(path, self.lines)
         return found if isinstance(found, Line) or not self.file else Line(found, self.file)
 
@@ -64,7 +65,7 @@ class Level:
         return Level(copy_of(data), lines, self.folder, self.file, self.chain, [], self.budget)
 
     def take(self, path: Path, value: Any, origin: Level, at: Path, copy: bool = False) -> None:
-        """Store at ``path`` the value that level ``origin`` has at path ``at``, with its source lines."""
+        """Store the value that level ``origin`` has at path ``at``. The value and its source lines are stored at ``path``."""
         node = self.data
         for key in path[:-1]:
             node = node.setdefault(str(key), {})

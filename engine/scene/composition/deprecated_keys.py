@@ -11,8 +11,8 @@ from trunnion.scene.findings.findings_and_paths import Path
 def replace_deprecated(data: dict[str, Any], lines: dict[Path, int], above: Path = ()) -> None:
     """Rename deprecated keys in place, in a scene or part and in the parts of its assemblies, and update the paths in ``lines``.
 
-    ``above`` is the path of the group. Each deprecated word causes a warning. If a joint has both the old and the new key, the
-    joint stays unchanged, and validation refuses the old key.
+    ``above`` is the path of the group. Each deprecated word gives a warning. If a joint has both the old and the new key, the joint
+    stays unchanged, and validation refuses the old key.
     """
     for name, joint in _groups(data, "joints"):
         for old in [k for k in joint if k in JOINT_KEYS and JOINT_KEYS[k] not in joint]:

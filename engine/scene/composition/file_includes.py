@@ -1,4 +1,4 @@
-"""Included files: keys that a scene lacks are copied from the files that it includes."""
+"""Included files: a scene gets the keys that it lacks from the files that it includes."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def _merge(level: Level, other: Level, own: dict[str, Any], taken: dict[str, Any
 
 
 def part_of_file(level: Level, path: Path, name: str) -> Level | None:
-    """The content of a file in the level's folder, as a new level. If the file cannot be read, a finding is added at ``path``
-    and the result is None."""
+    """The content of a file in the level's folder, as a new level. If the file cannot be read, the function adds a finding at
+    ``path`` and returns None."""
     if level.folder is None:
         level.add_problem(path, f"{shown(name)} is not read: {NOT_READ}", WHOLE)
         return None

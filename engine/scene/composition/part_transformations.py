@@ -1,5 +1,5 @@
-"""Transformations of whole parts: rotation about x, y or z, reflection, translation. They change the poses of bodies; a reflection
-also changes the data in the body's frame."""
+"""Transformations of whole parts: rotation about x, y or z, reflection, translation. All transformations change the poses of
+bodies; a reflection also changes the data in the body's frame."""
 
 from __future__ import annotations
 
@@ -72,7 +72,8 @@ def shift_by(step: Any) -> Transformation:
 
 
 def move_part(data: dict[str, Any], moves: Sequence[Transformation]) -> tuple[dict[str, Any], list[Note]]:
-    """(the transformed part, notes about what cannot be transformed). UnitError when a point does not have three entries."""
+    """(the transformed part, notes about data that cannot be transformed). Raises UnitError when a point does not have three
+    entries."""
     notes: list[Note] = []
     for move in moves:
         for key, change in (("bodies", _move_body), ("joints", _move_joint), ("forces", _move_force)):
@@ -104,7 +105,8 @@ def _mirror_vector(p: Any, k: int) -> Any:
 
 
 def _move_start(path: Path, p: Any, move: Transformation, notes: list[Note]) -> Any:
-    """The transformed start position of a point. A transformation that turns directions needs all components of the position."""
+    """The transformed start position of a point. If a transformation turns directions, all components of the position must be
+    given."""
     is_open = [c is None for c in p] if isinstance(p, list) else []
     if any(is_open) and move.turns:
         notes.append((path, "a start position with an open component cannot be turned or mirrored", "give all three components"))
@@ -148,8 +150,8 @@ def _move_body(name: str, b: Any, move: Transformation, notes: list[Note]) -> An
 
 
 def _mirror_turn(t: Any, k: int) -> Any:
-    """The mirror image of a turn. A turn by an angle: about the mirrored axis, by the opposite angle. A turn with ``towards``: both
-    directions are mirrored."""
+    """The mirror image of a turn. A turn by an angle becomes a turn about the mirrored axis by the opposite angle. In a turn with
+    ``towards``, both directions are mirrored."""
     if not isinstance(t, dict):
         return t
     if "towards" in t:
@@ -210,8 +212,8 @@ def _move_joint(name: str, j: Any, move: Transformation, notes: list[Note]) -> A
 
 
 def _write_frame(path: Path, j: dict[str, Any], across: bool, notes: list[Note]) -> None:
-    """Write the default axis and reference of a joint or bushing into its data, so that they can be rotated. across: whether the
-    directions normal to the axis matter."""
+    """Write the default axis and reference of a joint or bushing into its data, so that axis and reference can be rotated. across:
+    whether the directions normal to the axis matter."""
     if "reference" in j:
         return
     if "axis" not in j:
@@ -237,8 +239,8 @@ def _turn_frame(owner: dict[str, Any], move: Transformation, sign: float) -> Non
 
 
 def _mirror_sign(name: str, j: dict[str, Any], kind: JointKind, notes: list[Note]) -> float:
-    """The sign of a joint's mirrored frame that preserves the joint's numbers: −1 for rotations, 1 for travels. A joint with both
-    has a mirror image only if it has no numbers along its freedoms."""
+    """The sign of a joint's mirrored frame for which the joint's numbers stay the same: −1 for rotations, 1 for travels. A joint
+    with rotations and travels has a mirror image only if it has no numbers along its freedoms."""
     turns = [kind.turns(k) for k in range(kind.nv)]
     if kind.pitched and "pitch" in j:
         j["pitch"] = times(-1.0, j["pitch"])

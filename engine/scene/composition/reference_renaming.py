@@ -17,7 +17,7 @@ _BRACES = re.compile(r"\{([^{}]*)\}")
 
 
 def restore_on(data: dict[str, Any]) -> None:
-    """Restore the key ``on`` of forces. YAML 1.1 reads ``on`` as true, and tools of that version write ``true:``."""
+    """Restore the key ``on`` of forces. YAML 1.1 reads ``on`` as true, and tools for YAML 1.1 write ``true:``."""
     forces = data.get("forces")
     for force in forces.values() if isinstance(forces, dict) else ():
         said = [k for k in ("true", "True") if k in force] if isinstance(force, dict) and "on" not in force else []
@@ -87,7 +87,7 @@ def _rename_in_formula(key: str, given: Any, names: dict[str, str]) -> str:
 
 
 def number_name(text: str, number: int) -> str:
-    """The name with {i}, {i+1}, … replaced by numbers, where i is the ``number`` of a copy. UnitError when the braces hold
+    """The name with {i}, {i+1}, … replaced by numbers, where i is the ``number`` of a copy. Raises UnitError when the braces hold
     another name or give no whole number."""
 
     def one(m: re.Match[str]) -> str:

@@ -21,7 +21,7 @@ def compose(data: Any, lines: dict[Path, int], file: str, folder: FilePath | Non
     if not isinstance(data, dict) or not (data.get("include") or data.get("assemblies")):
         rest = {k: v for k, v in data.items() if k not in ("include", "assemblies") or v} if isinstance(data, dict) else data
         return rest, lines, []
-    from trunnion.scene.composition.assembly_expansion import expand_assemblies  # imported here, because most scenes do not need it
+    from trunnion.scene.composition.assembly_expansion import expand_assemblies  # imported here, because few scenes have assemblies
 
     chain = (FilePath(file).resolve(),) if folder is not None and file else ()
     level = Level(copy_of(data), lines, folder, "", chain)

@@ -91,7 +91,8 @@ class Part:
 
 @validated(frozen=True, config=STRICT)
 class Assembly:
-    """Parts that belong together, from a file or a group of keys. They may be placed, copied and given parameter values."""
+    """Parts that belong together, from a file or a group of keys. The scene may place the parts, copy them, and set their
+    parameters."""
 
     use: Annotated[Annotated[str, SCALAR] | Annotated[Part, GROUP], either("the name of a file, or a group of parts")]
     """The name of a file in the folder of this file, or the parts themselves."""

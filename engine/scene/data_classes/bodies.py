@@ -43,8 +43,8 @@ Orientation = Annotated[
 
 @validated(frozen=True, config=STRICT)
 class AxialInertia:
-    """Inertia about one axis of a body only, as of a rotor or flywheel on a light shaft. It includes the gyroscopic torque when the
-    axis turns. A rotation about any other axis moves no inertia."""
+    """Inertia of a body about one axis only, such as a flywheel on a light shaft. The model includes the gyroscopic
+    torque of a turning axis. A rotation about any other axis moves no inertia."""
 
     axial: Annotated[float, Per("kg*m^2", POSITIVE)]
     """Moment of inertia about the axis through the mass centre."""
@@ -61,8 +61,8 @@ Inertias = Annotated[
 class Body:
     """A rigid body. All positions and directions below are measured in its frame; a shape is centred on ``center``.
 
-    A body with a ``position`` is placed; the ground is placed too. The points and frames of a joint between two placed parts
-    follow from their poses.
+    A body with a ``position`` is placed; the ground is placed too. The points and frames of a joint between two placed parts follow
+    from the poses of the parts.
 
     Mass properties come from a shape with ``density`` or ``mass``, or from ``mass`` and ``inertia``. If ``inertia`` is given,
     the shape is used for drawing only.
@@ -95,8 +95,8 @@ class Body:
     orientation: Orientation | None = None
     """Rotation of a placed body: one turn, or a list applied in order; default: the axes of the world."""
     start: dict[str, tuple[Length | None, Length | None, Length | None]] = field(default_factory=dict)
-    """Positions of named points in the world at the start; null leaves a component open. Start coordinates of joints that the scene
-    leaves open follow from them."""
+    """Positions of named points in the world at the start; null leaves a component open. The scene may leave start coordinates of
+    joints open; these coordinates follow from the positions."""
 
 
 @validated(frozen=True, config=STRICT)

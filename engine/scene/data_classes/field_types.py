@@ -38,7 +38,7 @@ class Marker:
 
 
 class Tag(Marker):
-    """Marks one form of a value by the name that the discriminator returns."""
+    """Marks one form of a value by the tag that the discriminator returns."""
 
     name = "Tag"
 
@@ -48,7 +48,7 @@ class Tag(Marker):
 
 
 class Discriminator(Marker):
-    """Marks forms of a value: a function of the value returns the tag of its form."""
+    """Marks a value that may have several forms. A function of the value returns the tag of the value's form."""
 
     name = "Discriminator"
 
@@ -105,8 +105,8 @@ Field = tuple[str, Any, float | None, str]
 
 
 def with_fields(declared: list[Field]) -> Callable[[T], T]:
-    """A class decorator, applied before ``dataclass``, that inserts the declared fields before the class's own fields. It stores
-    their descriptions in ``__field_docs__``."""
+    """A class decorator, applied before ``dataclass``, that inserts the declared fields before the class's own fields. The
+    decorator stores the descriptions of these fields in ``__field_docs__``."""
 
     def put(cls: T) -> T:
         cls.__annotations__ = {name: kind for name, kind, _, _ in declared} | cls.__annotations__

@@ -29,8 +29,8 @@ class PlaceFormula:
 
 @validated(frozen=True, config=STRICT)
 class Field:
-    """A force on a point of a body by formulas of its position. The force has no potential energy: its work counts as work of
-    loads."""
+    """A force on a point of a body by formulas of its position. The force has no potential energy: the work of the force counts as
+    work of loads."""
 
     type: Literal["field"]
     """Kind of load: a force field."""

@@ -33,7 +33,7 @@ class Wear:
 
 def annotation(number: Number, count: int) -> Any:
     """The type of a number's field: a number in SI or text with a unit. If ``count`` > 1, a list of ``count`` numbers is allowed
-    too. ValueError when the number's unit is unknown in scenes."""
+    too. Raises ValueError when the number's unit is unknown in scenes."""
     if number.unit not in QUANTITIES:
         raise ValueError(f"number {number.name}: there is no unit {number.unit!r} in scenes; there are {', '.join(QUANTITIES)}")
     one: Any = Annotated[float, Per(number.unit, number.bound)]
@@ -86,7 +86,7 @@ def of_scene() -> list[Field]:
 
 
 def sized(element: str) -> tuple[Number, ...]:
-    """The sizes a contact element declares."""
+    """The sizes that a contact element declares."""
     from trunnion.elements.contact import REGISTRY
 
     return REGISTRY[element].sizes

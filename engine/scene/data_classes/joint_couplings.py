@@ -13,9 +13,9 @@ from trunnion.scene.units.unit_parser import UnitError
 
 @validated(frozen=True, config=STRICT)
 class Profile:
-    """The profile of a cam: the follower's distance from the cam axis as a cubic spline over the angle, seen from the cam. It
-    is periodic if the angles cover a full turn. For a cam, the distance of the follower's point (the centre of its roller) is
-    given. For a flat_cam, the distance of the face at the angle of the face's normal is given."""
+    """The profile of a cam: the follower's distance from the cam axis as a cubic spline over the angle, seen from the cam. The
+    spline is periodic if the angles cover a full turn. For a cam, the distance of the follower's point (the centre of its roller)
+    is given. For a flat_cam, the distance of the face at the angle of the face's normal is given."""
 
     angle: tuple[Angle, ...]
     """At least three increasing angles, from e2 towards e3 of the inboard frame; they cover one turn at most."""
@@ -24,7 +24,7 @@ class Profile:
 
 
 def _planar(point: Any) -> Any:
-    """The point unchanged. UnitError with an explanation when the point has three coordinates."""
+    """The point unchanged. Raises UnitError with an explanation when the point has three coordinates."""
     if isinstance(point, list | tuple) and len(point) == 3:
         hint = "give two numbers, along e2 and e3 (axis: e1); for a straight line in space there is point_on_line"
         raise UnitError("a curve lies in the plane normal to e1 of its joint; curves in space are not supported", hint)
@@ -33,8 +33,8 @@ def _planar(point: Any) -> Any:
 
 @validated(frozen=True, config=STRICT)
 class Curve:
-    """A curve in a plane of the inboard part: the cubic spline through points, parametrised by chord length. It must not cross
-    itself. Two points give a straight slot. Beyond its ends an open curve continues straight; end stops act at the ends."""
+    """A curve in a plane of the inboard part: the cubic spline through points, parametrised by chord length. The curve must not
+    cross itself. Two points give a straight slot. Beyond its ends an open curve continues straight; end stops act at the ends."""
 
     points: tuple[Annotated[tuple[Length, Length], Before(_planar)], ...]
     """Coordinates along e2 and e3 of the inboard frame, relative to the inboard point. At least two points; a closed curve

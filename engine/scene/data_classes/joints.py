@@ -225,10 +225,11 @@ class Joint:
     profile: Profile | None = None
     """The profile of a cam. The inboard part carries the cam; its axis is the joint's e1."""
     roller: Extent | None = None
-    """Radius of the roller around the outboard point of a cam's follower, of a point on a curve, or of a pin in a slot. Profile or
-    curve is the path of the roller's centre. Friction acts at its rim, so that a roller that turns with its body rolls."""
+    """Radius of the roller around the outboard point of a cam's follower, of a point on a curve, or of a pin in a slot. The
+    profile or curve is the path of the roller's centre. Friction acts at the roller's rim, so that a roller that turns with its
+    body rolls."""
     curve: Curve | None = None
-    """The curve (slot, groove, rail) that a point of the outboard part stays on, in the plane of the inboard e2 and e3."""
+    """The curve (slot, groove, rail) on which a point of the outboard part stays, in the plane of the inboard e2 and e3."""
     slot: Slot | None = None
     """Play, ends and mouths of the slot of a pin_in_slot, whose ``curve`` is the middle of the slot."""
     unilateral: Unilateral | None = None
@@ -246,9 +247,9 @@ class Joint:
     """Radial stiffness of each contact, default 1e8 N/m. The stiffness decides how frictional joints of redundant loops share the
     load."""
     friction: Friction | None = None
-    """The frictional contact; without it the joint is ideal."""
+    """The frictional contact; without this key the joint is ideal."""
     wear: Wear | None = None
-    """Wear of its contacts, for ``trunnion wear``."""
+    """Wear of the joint's contacts, for ``trunnion wear``."""
     start: Start | None = None
     """Start values."""
     spring: GroupPerFreedom[Spring] | None = None

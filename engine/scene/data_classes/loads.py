@@ -78,8 +78,8 @@ else:
 
 @validated(frozen=True, config=STRICT)
 class Bushing:
-    """A rubber bush: stiffness and damping between two parts in all six directions, along the axes of the first part. Its forces
-    and torques are 0 when the points and axes of both parts coincide."""
+    """A rubber bush: stiffness and damping between two parts in all six directions, along the axes of the first part. The forces
+    and torques of the bush are 0 when the points and axes of both parts coincide."""
 
     type: Literal["bushing"]
     """Kind of load: a bushing."""
@@ -126,7 +126,7 @@ class Input:
     """A named external input, whose value is given from outside during a run."""
 
     start: Number = 0.0
-    """Value until the caller sets another."""
+    """Value until the caller sets another value."""
     begin: Time | None = None
     """Time from which the caller's values apply. Until then, ``start`` applies. Default: the start of the run."""
     unit: str = "1"

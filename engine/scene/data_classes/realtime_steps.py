@@ -15,8 +15,8 @@ EVENTS, EVALUATIONS, ITERATIONS = Bound(0.0, 1e3), Bound(1.0, 1e6), Bound(1.0, 1
 
 @validated(frozen=True, config=STRICT)
 class RealTime:
-    """Fixed steps for real time, with bounds on their work. If a step would exceed a bound, a fallback finishes the step,
-    and the run reports this."""
+    """Fixed steps for real time, with bounds on their work. If a step would exceed a bound, a fallback finishes the step, and the
+    run reports the fallback."""
 
     step: Duration
     """Length of the steps."""

@@ -1,6 +1,6 @@
 """The scene as frozen dataclasses, with the same keys as the YAML file. This module exports the classes of its parts, too.
 
-Numbers are SI. A text with a unit ("45 deg", "30 mm", "60 rpm") is converted when it is read.
+Numbers are SI. A text with a unit ("45 deg", "30 mm", "60 rpm") is converted when the scene is read.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ class Scene:
         return friction.law or self.friction.law
 
     def normal_force_of(self, friction: Friction) -> str:
-        """How the normal force of a joint is computed ("exact" or "adams"): the joint's own setting, otherwise the scene's."""
+        """Computation of the normal force of a joint, "exact" or "adams": the joint's own setting, otherwise the scene's."""
         return friction.normal_force or self.friction.normal_force
 
 

@@ -1,5 +1,5 @@
-"""Functions of time in a scene (``trunnion.scene.signals``, external inputs), and the devices that use them. They are data, never
-code."""
+"""Functions of time in a scene (``trunnion.scene.signals``, external inputs), and the devices that use them. Functions of time are
+data, never code."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from trunnion.scene.units.numbers_with_units import AnyUnit, NotNegative, Number
 
 @validated(frozen=True, config=STRICT)
 class InputCurve:
-    """A smooth function of an input, monotone between any two values. Beyond its ends it is constant."""
+    """A smooth function of an input, monotone between any two values. The function is constant beyond its ends."""
 
     at: tuple[Number, ...]
     """Two to twelve increasing values of the input, in its SI unit."""
@@ -35,8 +35,8 @@ class FromInput:
 
 @validated(frozen=True, config=STRICT)
 class BySpeed:
-    """A measured coefficient of friction over the sliding speed: a smooth curve, monotone between any two values. Beyond the
-    last speed it is constant."""
+    """A measured coefficient of friction over the sliding speed: a smooth curve, monotone between any two values. The curve is
+    constant beyond the last speed."""
 
     speed: tuple[Annotated[float, Per("m/s", Bound(0.0))], ...]
     """Two to twelve increasing sliding speeds. The first is 0; its coefficient is the coefficient of static friction."""
@@ -46,8 +46,8 @@ class BySpeed:
 
 @validated(frozen=True, config=STRICT)
 class ByLoad:
-    """An efficiency over the torque or over the speed of the output shaft: a smooth curve, monotone between any two values. Beyond
-    its ends it is constant."""
+    """An efficiency over the torque or over the speed of the output shaft: a smooth curve, monotone between any two values. The
+    curve is constant beyond its ends."""
 
     value: tuple[Annotated[float, Per("1", Bound(0.0, 1.0))], ...]
     """One efficiency for each torque or speed."""

@@ -22,8 +22,8 @@ NAMED = (("bodies",), ("joints",), ("forces",), ("inputs",), ("parameters",), ("
 
 @cache
 def hints(cls: type) -> dict[str, Any]:
-    """The annotations of a scene class by field name, with unions and unit markers. Most come from pydantic, if it has evaluated
-    them; to evaluate them again takes ten times as long. A stored scene needs no pydantic."""
+    """The annotations of a scene class by field name, with unions and unit markers. If pydantic has evaluated the annotations, they
+    come from pydantic, because a second evaluation takes ten times as long. A stored scene needs no pydantic."""
     known = {n: (f.annotation, *f.metadata) for n, f in vars(cls).get("__pydantic_fields__", {}).items()}
     if not known or any(isinstance(a, ForwardRef) for a, *_ in known.values()):
         return get_type_hints(cls, include_extras=True)
@@ -44,7 +44,7 @@ def members(annotation: Any, unit: AnyUnit | None = None) -> Iterator[tuple[Any,
 
 
 def step(annotation: Any, key: str | int) -> Iterator[Any]:
-    """The annotations below one key or index, from every alternative that has this key or index."""
+    """The annotations of the values at a key or index, from every alternative that has this key or index."""
     for a, _ in members(annotation):
         if isinstance(key, str) and is_scene_class(a):
             if key in hints(a):
@@ -57,7 +57,7 @@ def step(annotation: Any, key: str | int) -> Iterator[Any]:
                 yield args[0] if args[-1] is Ellipsis else args[key]
 
 
-@lru_cache(maxsize=4096)  # bounded, because users choose the names in paths
+@lru_cache(maxsize=4096)  # users choose the names in paths, so the cache is bounded
 def at(path: Path) -> tuple[Any, ...]:
     """Annotations at a path; empty when no scene has such a path."""
     found: list[Any] = [Scene]
@@ -73,7 +73,8 @@ def shape(path: Path) -> Path:
 
 
 def is_scene_class(a: Any) -> bool:
-    """Whether this is a data class. Unlike ``is_dataclass``, this does not make the class."""
+    """Whether ``a`` is a data class. Unlike ``is_dataclass``, this function does not cause the class to be made
+    (``basics.lazy_data_classes``)."""
     return isinstance(a, type) and "__dataclass_fields__" in vars(a)
 
 
@@ -120,7 +121,7 @@ def bound_at(path: Path) -> Bound:
 
 
 def length_at(path: Path) -> int | None:
-    """Number of entries of the list at a path; None when the number is free or there is no list."""
+    """Number of entries of the list at a path; None when the list may have any number of entries, or there is no list."""
     for annotation in at(path):
         for a, _ in members(annotation):
             if get_origin(a) is tuple and get_args(a)[-1] is not Ellipsis:

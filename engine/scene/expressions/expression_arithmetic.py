@@ -30,7 +30,7 @@ def source(value: Term) -> str:
 
 
 def known(value: Term) -> float:
-    """The SI value of a term. UnitError when the term depends on a parameter or is not a number."""
+    """The SI value of a term. Raises UnitError when the term depends on a parameter or is not a number."""
     found = Parameters().computed(value) if is_expression(value) else number(value)
     if isinstance(found, NoValue):
         raise UnitError(found.what, found.hint)
@@ -62,7 +62,7 @@ def times(factor: Term, a: Term) -> Term:
 
 
 def three(value: Any) -> list[Term]:
-    """The three entries of a list. UnitError when the value is not a list of three."""
+    """The three entries of a list. Raises UnitError when the value is not a list of three."""
     if not isinstance(value, list) or len(value) != 3:
         raise UnitError("a place or direction has three numbers", "write [x, y, z]")
     return list(value)

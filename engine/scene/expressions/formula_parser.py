@@ -33,8 +33,8 @@ TIME = "t"
 WHATEVER: Dimension = (99, 99, 99, 99, 99)
 """Marks a number written with "SI": it has the dimension that its place requires."""
 RESERVED = {*UNITS, *ALIASES, *_WORDS, *CONSTANTS, "SI"}
-"""Words that cannot name a parameter, because an expression must have one meaning. Functions that were added later are not among
-them, because older scenes have parameters with these names."""
+"""Words that cannot name a parameter, because an expression must have one meaning. Some functions are not among these words,
+because existing scenes have parameters with such names."""
 _COUNTS = {"atan2": (2, 2), "min": (1, 99), "max": (1, 99)}
 _POWER = r"(?:\s*(?:\*\*|\^)\s*[+-]?\d(?![\d.]))?"
 _SI = re.compile(r"\s*SI(?![A-Za-z0-9_(])")
@@ -45,8 +45,8 @@ _SIGN = re.compile(r"\*\*|[-+*/^(),]")
 
 @cache
 def _units(timed: bool) -> re.Pattern[str]:
-    """The pattern of a unit behind a number. It contains all units four times, so its compilation takes long. timed: whether t is
-    the time instead of the unit tonne."""
+    """The pattern of a unit behind a number. The pattern contains all units four times, so its compilation takes long. timed:
+    whether t is the time instead of the unit tonne."""
     known = {*UNITS, *ALIASES} - ({TIME} if timed else set())
     symbol = "(?:" + "|".join(sorted(map(re.escape, known), key=len, reverse=True)) + ")(?![A-Za-z0-9_(])"
     return re.compile(rf"\s*{symbol}{_POWER}(?:\s*[*/]\s*{symbol}{_POWER})*")
@@ -54,7 +54,7 @@ def _units(timed: bool) -> re.Pattern[str]:
 
 @dataclass(frozen=True)
 class Number:
-    """A number in SI units, with the dimension of the unit it was written with."""
+    """A number in SI units, with the dimension of its unit in the text."""
 
     value: float
     dimension: Dimension = NONE
@@ -69,7 +69,7 @@ class Name:
 
 @dataclass(frozen=True)
 class Call:
-    """An operator ("+", "-", "*", "/", "^", "neg") or function, with its operands."""
+    """An operator ("+", "-", "*", "/", "^", "neg") or a function, with the operands."""
 
     function: str
     arguments: tuple[Node, ...]
@@ -134,14 +134,14 @@ class _Reader:
         raise UnitError(what, "expressions look like {a/2 + 5 mm}, {2*r*sin(angle)}")
 
     def sign(self) -> str:
-        """The operator, parenthesis or comma that comes next; '' when the next token is a number or a name."""
+        """The next token if it is an operator, parenthesis or comma; '' when it is a number or a name."""
         while self.at < len(self.text) and self.text[self.at].isspace():
             self.at += 1
         m = _SIGN.match(self.text, self.at)
         return m[0] if m else ""
 
     def take(self, sign: str) -> None:
-        """Advance past ``sign``; a syntax error when another token comes next."""
+        """Advance past ``sign``. Any other token here is a syntax error."""
         if self.sign() != sign:
             self.refuse()
         self.at += len(sign)
@@ -226,7 +226,7 @@ class _Reader:
         return Name(word)
 
     def call(self, word: str) -> Node:
-        """A function call: the name is already read, the parentheses come next."""
+        """A function call. The name is already read; the parentheses come next."""
         if word not in FUNCTIONS:
             raise UnitError(f'there is no function "{word}"', did_you_mean(word, FUNCTIONS, "functions"))
         self.take("(")

@@ -19,7 +19,7 @@ Gradient = dict[str, float]
 
 
 def dimension(node: Node, known: Mapping[str, Dimension]) -> Dimension:
-    """Dimension of an expression; ``known`` holds the dimensions of its parameters. UnitError when operands do not fit."""
+    """Dimension of an expression; ``known`` holds the dimensions of its parameters. Raises UnitError when operands do not fit."""
     if isinstance(node, Number):
         return node.dimension
     if isinstance(node, Name):
@@ -33,7 +33,7 @@ def dimension(node: Node, known: Mapping[str, Dimension]) -> Dimension:
 
 
 def _same(node: Call, given: list[Dimension]) -> Dimension:
-    """Dimension of +, -, min and max: all operands must have this dimension. A radian may be missing in an operand that has other
+    """Dimension of +, -, min and max: all operands must have this dimension. A radian may be missing in an operand with other
     units."""
     out = given[0]
     for d in given[1:]:
@@ -104,7 +104,8 @@ _OF_WHATEVER = {
 
 
 def value(node: Node, known: Mapping[str, float]) -> float:
-    """SI value of an expression. UnitError when it is undefined: a division by zero, the square root of a negative number."""
+    """SI value of an expression. Raises UnitError when the value is undefined: a division by zero, the square root of a negative
+    number."""
     if isinstance(node, Number):
         return node.value
     if isinstance(node, Name):
@@ -151,7 +152,7 @@ def slope(node: Node, known: Mapping[str, float], along: Mapping[str, Gradient])
 
 def _partials(function: str, x: list[float], out: float, wanted: list[bool]) -> list[float]:
     """Derivatives of a function with respect to each argument x; ``out`` is the function's value. Only the derivatives marked in
-    ``wanted`` need to be correct. UnitError when the function is not differentiable at x."""
+    ``wanted`` need to be correct. Raises UnitError when the function is not differentiable at x."""
     try:
         if function in ("min", "max"):
             return [1.0 if k == x.index(out) else 0.0 for k in range(len(x))]

@@ -24,7 +24,7 @@ FORMULAS = ("expression", *COMPONENTS)
 """Keys whose values are formulas of time or position."""
 NAMED = "parameters"
 MEND_FIRST = "correct the parameter first"
-"""The hint for an expression that has no value because one of its parameters has none."""
+"""The hint for an expression that has no value because one of its parameters has no value."""
 NOT_FORMED = "a letter, then letters, digits and _"
 
 
@@ -159,8 +159,8 @@ def _is_unquoted(node: dict[str, Any], path: Path) -> bool:
 
 
 def _with_numbers(given: Any, path: Path) -> Any:
-    """The group of a formula of time or position, with the formula's constant parts as numbers. Any other value is unchanged; so is
-    a formula with a mistake, which the checks report."""
+    """The group of a formula of time or position, with the formula's constant parts as numbers. Any other value is unchanged. A
+    formula with a mistake is also unchanged; the checks report the mistake."""
     kind = next((c for c in classes_at(shape(path)) if hasattr(c, "__separate__")), None) if path[-1] in FORMULAS else None
     if kind is None:
         return given

@@ -90,7 +90,7 @@ def _list(args: tuple[Any, ...], defs: dict[str, Any]) -> dict[str, Any]:
     items = _type(args[0], defs)
     if len(args) > 1 and args[-1] is not Ellipsis:
         return {"type": "array", "items": items, "minItems": len(args), "maxItems": len(args)}
-    if any(m is type(None) for m in get_args(args[0])):  # null stands for a freedom without an entry
+    if any(m is type(None) for m in get_args(args[0])):  # null is allowed for a freedom without an entry
         items = {"anyOf": [items, {"type": "null"}]}
     return {"type": "array", "items": items}
 

@@ -17,8 +17,8 @@ class Unreadable(Exception):
 
 
 def events(text: str) -> Iterator[Any]:
-    """The parser's events in order. Every error of the parser is raised as Unreadable. The parser is libyaml. Where
-    PyYAML comes without libyaml, its own parser in Python is used, which takes twenty times as long."""
+    """The parser's events in order. Every error of the parser is raised as Unreadable. The parser is libyaml. If PyYAML comes
+    without libyaml, PyYAML's parser in Python is used; it takes twenty times as long."""
     import yaml
 
     try:

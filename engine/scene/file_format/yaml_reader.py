@@ -1,8 +1,8 @@
 """Reader of YAML and JSON text: plain data, and the line of every key and entry. Syntax errors, duplicate keys and excessive
 sizes become findings.
 
-The reader uses the YAML parser's event stream instead of its loader. So scalars follow YAML 1.2, lines are available, and
-nesting and aliases are limited before data is built.
+The reader uses the YAML parser's event stream instead of its loader. Therefore scalars follow YAML 1.2 and lines are available. The
+reader limits nesting and aliases before it builds data.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from trunnion.scene.library.scene_files import LARGEST
 DEEPEST = 50
 """Largest number of nesting levels."""
 MOST = 200_000
-"""Largest number of values in a file, where an alias counts as many as the value it refers to."""
+"""Largest number of values in a file, where an alias counts like the value to which it refers."""
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""Findings: mistakes at a path inside a scene, before file and line are known. Also the conversion of paths to and from text."""
+"""Findings: mistakes at a path inside a scene, before file and line are known. This module also converts paths to and from text."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ CONNECTIONS: Path = ("connections",)
 
 
 class Line(int):
-    """A line of a file other than the scene's own. ``file`` is that file's name. ``copy`` means that an assembly repeats the
-    line in several copies."""
+    """A line of a file other than the scene file. ``file`` is the name of this file. ``copy``: whether an assembly repeats the line
+    in several copies."""
 
     file: str
     copy: bool
@@ -35,7 +35,7 @@ class Finding:
     """A mistake: ``path`` is its place in the scene, ``what`` the cause, ``hint`` the remedy.
 
     line   the line of the file; 0 means that the line is looked up from the path.
-    about  paths of other parts that decide about the mistake; without one of them, the finding is dropped.
+    about  paths of other parts on which the mistake depends; if one of these parts is missing, the finding is dropped.
     meant  for an unknown key: the closest known key ('' when no key is close); None for other findings.
     """
 

@@ -55,5 +55,5 @@ class DampingCurveLaw(ForceLaw):
 
 
 def _side(n: Sequence[SX], rate: SX) -> SX:
-    """−1 if the curve of positive rates serves for this negative rate, otherwise 1."""
+    """−1 if a negative rate uses the curve of positive rates, otherwise 1."""
     return ca.if_else(ca.logic_and(n[0] >= 0, rate < 0), -1, 1)

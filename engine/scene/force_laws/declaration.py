@@ -18,7 +18,7 @@ class ForceLaw:
     data       type of the key's value; None if no key gives the law.
     units      unit of each number, by the last word of its path. In a unit, {x} and {f} stand for the units of x and of the force.
     count      number of leaves (numbers that are constants or parameters).
-    elastic    whether the force depends on x alone. Its work is then stored, otherwise it is lost.
+    elastic    whether the force depends on x alone. If so, the work of the force is stored; otherwise the work is lost.
     pieces     whether the law has pieces that a step must not jump over (``passed``)."""
 
     key: ClassVar[str]
@@ -38,11 +38,12 @@ class ForceLaw:
         raise NotImplementedError
 
     def stored(self, n: Sequence[SX], x: SX) -> SX:
-        """Energy of an elastic law. Its derivative by x is the force."""
+        """Energy of an elastic law. The derivative of the energy by x is the force."""
         raise NotImplementedError
 
     def passed(self, n: Sequence[SX], x: SX, rate: SX) -> SX:
-        """Position in the law's curve, in pieces. Steps with error control change it by at most half a piece."""
+        """Position in the law's curve, measured in pieces. Steps with error control change this position by at most half a
+        piece."""
         raise NotImplementedError
 
     def findings(self, path: Path, data: Any) -> Iterator[Finding]:

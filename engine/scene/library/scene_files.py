@@ -17,7 +17,7 @@ MOST_NAMED = 5
 
 
 def scene_file(source: str | os.PathLike[str]) -> FilePath:
-    """The scene file for ``source``: an existing file or folder, else a bundled model. SceneError when there is none."""
+    """The scene file for ``source``: an existing file or folder, else a bundled model. Raises SceneError when there is none."""
     text = os.fspath(source)
     path = FilePath(text)
     try:
@@ -43,7 +43,7 @@ def _no_scene_in(folder: FilePath, others: Sequence[FilePath], text: str) -> Pro
 
 
 def content_of(path: FilePath) -> bytes:
-    """The bytes of a scene file. SceneError when it cannot be read."""
+    """The bytes of a scene file. Raises SceneError when it cannot be read."""
     try:
         with path.open("rb") as f:
             return f.read(LARGEST + 1)  # one byte above the limit is enough for the reader to detect a file that is too large

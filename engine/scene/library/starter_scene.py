@@ -28,7 +28,7 @@ def _filled(template: str, **words: str) -> str:
 
 
 def write_starter(name: str, directory: str | os.PathLike[str] = ".") -> Path:
-    """Write NAME/scene.yaml and NAME/README.md into a directory; the result is the new folder. SceneError when the folder
+    """Write NAME/scene.yaml and NAME/README.md into a directory; the result is the new folder. Raises SceneError when the folder
     exists or cannot be written."""
     folder = Path(directory) / name
     if not _NAME.fullmatch(name):

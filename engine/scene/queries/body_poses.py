@@ -104,7 +104,7 @@ def _about(n: Triple, cosine: float, sine: float) -> Rotation:
 
 
 def _clean(x: float) -> float:
-    """A cosine or sine without the rounding error of the angle: cos(90 deg) is 0."""
+    """A cosine or sine without the rounding error of the angle. For example, cos(90 deg) is 0."""
     return 0.0 if abs(x) < ROUNDING else x
 
 
@@ -170,8 +170,8 @@ def has_own_point(side: str | Side) -> bool:
 
 def place_of(scene: Scene, j: Joint, poses: tuple[Pose, Pose]) -> Triple:
     """Position in the world, m, of a joint between placed parts. The position is ``at`` if given, else the point of the first side
-    that names a point. If neither side does: the frame origin of the outboard part, or of the inboard part if the outboard part is
-    the ground."""
+    that names a point. If neither side names a point, the position is the frame origin of the outboard part; of the inboard part if
+    the outboard part is the ground."""
     if isinstance(j.at, str):
         body, point = split(j.at)
         pose = pose_of(scene, body) or STILL

@@ -39,11 +39,11 @@ def touching(j: Joint) -> ContactElement | None:
 
 
 def is_constant(element: ContactElement) -> bool:
-    """Whether an element is constant friction, at any load."""
+    """Whether the friction of an element is constant at any load."""
     return element.name in CONSTANT.values()
 
 
 def defaults_to_one(element: ContactElement | None, n: Number, law: str) -> bool:
-    """Whether number n of a law defaults to 1. The default is 1 for friction without contacts, where the coefficient scales the
+    """Whether number n of a law defaults to 1. The default is 1 for friction without contacts: there, the coefficient scales the
     friction that other numbers give."""
     return element is not None and not element.count and element.scaled and n.name == LAWS[law].scale and n.unit == "1"

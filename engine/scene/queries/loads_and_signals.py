@@ -23,8 +23,8 @@ def entries(value: Any, path: Path) -> Iterator[tuple[Path, Any]]:
 
 
 def each(value: Any, count: int) -> list[Any]:
-    """A list of ``count`` entries, one per freedom. A single entry belongs to the first freedom; the entries of the other freedoms
-    are then None."""
+    """A list of ``count`` entries, one per freedom. A single entry belongs to the first freedom; all other freedoms then have the
+    entry None."""
     return list(value) if isinstance(value, tuple) else [value, *[None] * (count - 1)][:count]
 
 

@@ -12,7 +12,8 @@ Matrix = tuple[Triple, Triple, Triple]
 
 
 def mass_properties(body: Body) -> tuple[float, Triple, Matrix]:
-    """(mass, kg; mass centre in the body's frame, m; inertia about it in the body's axes, 3×3, kg m²) of a checked body."""
+    """(mass, kg; mass centre in the body's frame, m; inertia about the mass centre in the body's axes, 3×3, kg m²) of a checked
+    body."""
     x, y, z = body.center
     center = (float(x), float(y), float(z))
     if body.inertia is not None:

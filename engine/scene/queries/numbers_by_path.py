@@ -36,7 +36,7 @@ def number_values(scene: Scene) -> list[tuple[Path, float]]:
 
 
 def _collect(value: Any, path: Path, found: list[tuple[Path, float]]) -> None:
-    """Append the numbers inside a value. Most fields of a scene are None or text."""
+    """Append the numbers inside a value to ``found``."""
     if isinstance(value, dict):
         inside: Any = value.items()
     elif isinstance(value, tuple):
@@ -92,7 +92,7 @@ def _own_unit(given: float | None) -> str:
 
 
 def bound_of(path: Path) -> Bound:
-    """The allowed values of the number at a path; they do not depend on the scene."""
+    """The allowed values of the number at a path. The allowed values do not depend on the scene."""
     return bound_at(shape(path))
 
 
@@ -110,7 +110,7 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
     if field == "friction":
         return _load_unit(path, RUBBING[str(path[1])].unit) if "at" not in path else PLAIN
     if field not in ("spring", "damping", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch", "nonlinear"):
-        return PLAIN  # such as the components of a direction
+        return PLAIN  # a plain number, such as a component of a direction
     k = rest[0] if rest and isinstance(rest[0], int) else 0
     keys = tuple(str(key) for key in rest if not isinstance(key, int))
     coordinate, effort = ("m", "N") if slides(kind, k) else ("rad", "N*m")

@@ -50,7 +50,7 @@ def _read(text: str) -> tuple[list[float], list[float], list[int], list[int]]:
 
 
 def unpacked(text: str) -> tuple[list[Triple], list[tuple[int, int, int]]]:
-    """(points, m; triangles) of a packed surface. ValueError for invalid text."""
+    """(points, m; triangles) of a packed surface. Raises ValueError for invalid text."""
     low, high, spots, corners = _read(text)
     at = [[low[k] + s * (high[k] - low[k]) / GRID for s in spots[k::3]] for k in range(3)]
     points = list(zip(*at, strict=True))

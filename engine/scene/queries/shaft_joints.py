@@ -23,6 +23,7 @@ def carriers(scene: Scene, shaft: str) -> list[str]:
 
 
 def shaft_joints(scene: Scene, j: Joint) -> tuple[str, str]:
-    """Names of the joints that carry the input and the output shaft of a gearbox; "" where not exactly one joint does."""
+    """Names of the joints that carry the input and the output shaft of a gearbox; "" for a shaft that no joint, or more than one
+    joint, carries."""
     a, b = (carriers(scene, body_of(side)) for side in (j.inboard, j.outboard))
     return a[0] if len(a) == 1 else "", b[0] if len(b) == 1 else ""

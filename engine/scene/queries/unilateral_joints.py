@@ -1,4 +1,4 @@
-"""Joints that only push: refusal by analyses and methods that do not support them."""
+"""Joints that only push: analyses and methods that do not support such joints refuse the scene."""
 
 from __future__ import annotations
 
@@ -23,5 +23,5 @@ def unilateral_problems(scene: Scene, what: str) -> list[Problem]:
 
 
 def refuse_unilateral(scene: Scene, what: str) -> None:
-    """SceneError if the scene has joints that only push."""
+    """Raise SceneError if the scene has joints that only push."""
     raise_problems(unilateral_problems(scene, what))

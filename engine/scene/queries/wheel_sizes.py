@@ -14,7 +14,8 @@ FINEST = 1000
 """Largest number of virtual teeth for wheels that are given by radii. The rolling constraint repeats from tooth to tooth and
 therefore needs whole numbers."""
 CLOSE = 1e-12
-"""Largest relative difference between the ratio of the radii and the ratio of whole numbers that replaces it."""
+"""Largest relative difference between the ratio of the radii and the ratio of whole numbers that replaces the ratio of the
+radii."""
 
 
 def whole_number_ratio(radii: tuple[float, ...]) -> tuple[int, ...] | None:

@@ -16,7 +16,8 @@ Triple = tuple[SX, SX, SX]
 
 
 class Corner(NamedTuple):
-    """A time, s, at which a signal has a corner or jumps. period: distance of further occurrences, s; 0: there are none."""
+    """A time, s, at which a signal has a corner or jumps. period: time between further occurrences, s; 0: the corner occurs
+    once."""
 
     time: float
     period: float = 0.0
@@ -26,8 +27,8 @@ class SignalKind:
     """A kind of signal. ``data`` is the class of its keys, and ``text`` the description of the key.
 
     labels       kinds of ``system`` signals that this kind becomes, each with its number of leaves (constants or parameters).
-    loads        "" if loads may have this kind, else the remedy.
-    drives       "" if drives may have this kind, else the reason, then the remedy.
+    loads        "" if loads may have this kind of signal, else the remedy.
+    drives       "" if drives may have this kind of signal, else the reason, then the remedy.
     rates        keys that are rates if the signal is that of a drive."""
 
     key: ClassVar[str]
@@ -59,7 +60,7 @@ class SignalKind:
         yield from ()
 
     def unlimited(self, data: Any) -> str:
-        """"" if the signal may have limits, else its name in the refusal."""
+        """"" if the signal may have limits, else the signal's name for the error message."""
         return ""
 
     def paces(self, s: Any, turns: bool) -> Iterator[tuple[Any, float]]:
@@ -71,11 +72,11 @@ class SignalKind:
         yield from ()
 
     def values(self, data: Any, until: float) -> Mapping[str, Sequence[float]]:
-        """Extreme values of a load, by the keys that give them."""
+        """Extreme values of a load, by the scene's keys for these values."""
         raise NotImplementedError
 
     def value(self, data: Any, t: float) -> float:
-        """Value of a load at t, s. At a jump, the value after the jump."""
+        """Value of a load at t, s. At a jump, this is the value after the jump."""
         raise NotImplementedError
 
     def coordinate(self, data: Any, t: float) -> float:

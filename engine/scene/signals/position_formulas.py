@@ -1,7 +1,7 @@
 """Formulas of a position x, y, z: separation of the constant parts from the parts that depend on the position.
 
-As in formulas of time (``time_formulas``), the constant parts become numbers of the scene. What remains is a tree of tuples:
-("place", index of the coordinate), ("number", index), or the name of an operation with its operands."""
+As in formulas of time (``time_formulas``), the constant parts become numbers of the scene. The rest of the formula is a tree of
+tuples: ("place", index of the coordinate), ("number", index), or the name of an operation with its operands."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ PLACE = ("x", "y", "z")
 """The coordinates in a formula."""
 
 
-@lru_cache(maxsize=256)  # bounded: users write the formulas
+@lru_cache(maxsize=256)  # users write the formulas, so the cache is bounded
 def separate(formula: str) -> tuple[Tree, tuple[str, ...]]:
-    """The tree of a formula, and its constant parts as expressions in braces. UnitError if the formula cannot be read, or if a part
-    that depends on the position is not smooth."""
+    """The tree of a formula, and its constant parts as expressions in braces. Raises UnitError if the formula cannot be read, or if
+    a part that depends on the position is not smooth."""
     numbers: list[Node] = []
     tree = _separate(parse_formula(formula).root, numbers)
     return tree, tuple("{" + text_of(n) + "}" for n in numbers)

@@ -32,7 +32,7 @@ class Ramp:
 
 
 class RampKind(SignalKind):
-    """Leaves of the signal: start, end, begin, duration, origin. "begun" is a ramp with begin < 0."""
+    """Leaves of the signal: start, end, begin, duration, origin. The label "begun" means a ramp with begin < 0."""
 
     key, data = "ramp", Ramp
     text = "Linear change from one value to another (drives: of the rate)."

@@ -42,7 +42,7 @@ DRIVES = tuple(key for key, kind in REGISTRY.items() if kind.drives is None)
 
 
 def all_given(s: Any) -> list[tuple[SignalKind, Any]]:
-    """The kinds and their keys of a signal or drive; a valid signal has one kind."""
+    """(kind, value of its key) for each kind that a signal or drive gives. A valid signal has one kind."""
     return [(kind, data) for key, kind in REGISTRY.items() if (data := getattr(s, key, None)) is not None]
 
 

@@ -1,7 +1,7 @@
 """Formulas of the time t: separation of the constant parts from the parts that depend on t, and derivatives by time.
 
-The constant parts of a formula become numbers of the scene, in the order in which they are written. What remains is a tree of
-tuples: ("time",), ("number", index), or the name of an operation with its operands.
+The constant parts of a formula become numbers of the scene, in the order in which they are written. The rest of the formula is a
+tree of tuples: ("time",), ("number", index), or the name of an operation with its operands.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ OPERATIONS = ("+", "-", "*", "/", "neg", "square", "inverse", *PERIODIC, "exp", 
 """The operations of a tree."""
 
 
-@lru_cache(maxsize=256)  # bounded: users write the formulas
+@lru_cache(maxsize=256)  # users write the formulas, so the cache is bounded
 def separate(formula: str) -> tuple[Tree, tuple[str, ...]]:
-    """The tree of a formula, and its constant parts as expressions in braces. UnitError if the formula cannot be read, or if a part
-    that depends on time is not a smooth function that the step control can follow."""
+    """The tree of a formula, and its constant parts as expressions in braces. UnitError in two cases: the formula cannot be read,
+    or a part that depends on time is not a smooth function that the step control can follow."""
     numbers: list[Node] = []
     tree = _separate(parse_formula(formula, timed=True).root, numbers)
     if not any(part == ("time",) for part in parts(tree)):
@@ -45,8 +45,8 @@ def parts(tree: Tree) -> Iterator[Tree]:
 
 
 def computed(tree: Tree, number: Callable[[int], T], variable: Callable[..., T], operation: Callable[..., T]) -> T:
-    """The result of a tree. number: gives the result of a number, by its index. variable: gives the result of the time, or of a
-    coordinate by its index. operation: gives the result of an operation, by its name and the results of its operands."""
+    """The result of a tree. Three functions give the results of nodes. number: of a number, by its index. variable: of the time, or
+    of a coordinate by its index. operation: of an operation, by its name and the results of its operands."""
     if tree[0] == "number":
         return number(tree[1])
     if tree[0] in ("time", "place"):
@@ -55,7 +55,7 @@ def computed(tree: Tree, number: Callable[[int], T], variable: Callable[..., T],
 
 
 def rates_of_angles(tree: Tree) -> Iterator[int]:
-    """Index of the number that is the rate of the angle of each sine and cosine."""
+    """For each sine and cosine: index of the number that is the rate of its angle."""
     for part in parts(tree):
         if part[0] in PERIODIC:
             angle = part[1]
@@ -86,7 +86,8 @@ def _separate(node: Node, numbers: list[Node]) -> Tree:
 
 
 def power(node: Call, variable: str, separated: Callable[[Node], Tree]) -> Tree:
-    """A whole power of a part that depends on a variable, by products. separated: makes the tree of the base."""
+    """A whole-number power of a part that depends on a variable, as products. separated: function that makes the tree of the
+    base."""
     base, exponent = node.arguments
     try:
         n = value(exponent, {})

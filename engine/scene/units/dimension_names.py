@@ -66,6 +66,6 @@ def described(dimension: Dimension) -> str:
 
 
 def fits(given: Dimension, wanted: Dimension) -> bool:
-    """Whether dimension ``given`` is accepted where ``wanted`` is required. The two must agree, except that rad or cycle may be
-    omitted (1/s for rad/s, N*m for N*m/rad)."""
+    """Whether dimension ``given`` is accepted where ``wanted`` is required. Both dimensions must agree, except that rad or cycle
+    may be omitted (1/s for rad/s, N*m for N*m/rad)."""
     return given == wanted or (given[:3] == wanted[:3] and given[3:] == (0, 0) and given != NONE)

@@ -53,8 +53,9 @@ class Computed(Quantity):
         return float(self), self.dimension, self.text, self.names, self.plain
 
     def fits(self, wanted: Dimension) -> bool:
-        """The rules for a quantity apply, and two more. A ratio may be an angle (arc over radius). Radians next to other units are
-        ignored (radius times angle is a length)."""
+        """Whether this number is accepted where a number of dimension ``wanted`` is required. Two rules are added to the rules
+        of ``Quantity``. A ratio may be an angle (arc over radius). A radian next to other units is ignored (radius times angle is a
+        length)."""
         given, rest = self.dimension, (*wanted[:3], wanted[4])
         if self.plain or given == wanted:
             return True
@@ -83,7 +84,7 @@ def parse_quantity(text: str) -> float:
 
 
 def number(value: Any, wanted: str = "a number", example: str = "0.3") -> float:
-    """A finite float (a Quantity for text with a unit) from a number or text. UnitError for any other value; the error names
+    """A finite float (a Quantity for text with a unit) from a number or text. Raises UnitError for any other value; the error names
     the quantity ``wanted`` and gives an ``example``."""
     if isinstance(value, Quantity):
         return value
@@ -114,8 +115,8 @@ def agree(value: float, unit: str) -> None:
 
 @dataclass(frozen=True)
 class AnyUnit:
-    """Marks a number whose dimension depends on its context, for example on the freedom it belongs to. ``queries.numbers_by_path``
-    checks the dimension after the classes are built; ``checks.number_bounds`` checks the ``bound`` with the scene."""
+    """Marks a number whose dimension depends on its context, for example on the freedom of the number. ``checks.number_bounds``
+    checks dimension and ``bound`` in the complete scene, with the unit from ``queries.numbers_by_path``."""
 
     unit: str = ""
     bound: Bound = ANY
@@ -138,7 +139,7 @@ class Per(AnyUnit):
     """Marks a number with the SI unit ``unit``. The field stores a plain float, or a ``Computed`` if parameters are involved."""
 
     def __call__(self, value: Any) -> float:
-        """Validate a value and convert it to SI; UnitError when its dimension is not that of ``unit``."""
+        """Validate a value and convert it to SI; raises UnitError when its dimension is not that of ``unit``."""
         if value.__class__ is float and math.isfinite(value):
             return value
         name, example = QUANTITIES[self.unit]

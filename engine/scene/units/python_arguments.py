@@ -1,5 +1,5 @@
-"""Arguments of the public Python functions other than scenes (for scenes see ``overrides.scene_given``): numbers and times,
-also as text ("10 ms"), and patterns of columns. Mistakes are collected, so that one error reports them all."""
+"""Arguments of the public Python functions other than scenes (for scenes see ``overrides.scene_given``): numbers and times, also as
+text ("10 ms"), and patterns of columns. Mistakes are collected, so that one error reports all mistakes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def names_given(given: Names) -> tuple[str, ...]:
 
 
 class Amounts:
-    """Reads the numeric arguments of a function and collects the mistakes; ``end`` raises them together."""
+    """Reads the numeric arguments of a function and collects the mistakes; ``end`` raises all mistakes in one error."""
 
     def __init__(self) -> None:
         self.problems: list[Problem] = []

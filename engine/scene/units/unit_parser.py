@@ -45,7 +45,7 @@ class Unit:
         return self.up / self.down * math.pi**self.pi
 
     def times(self, other: Unit, power: int = 1) -> Unit:
-        """This unit times another one to an integer power."""
+        """This unit times an integer power of another unit."""
         if abs(power) * max(other.up.bit_length(), other.down.bit_length()) > BITS:
             raise OverflowError
         up, down = (other.up, other.down) if power >= 0 else (other.down, other.up)
@@ -111,7 +111,7 @@ _NUMBER = re.compile(r"\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*", r
 
 @lru_cache(maxsize=512)
 def parse_unit(text: str) -> Unit:
-    """Parse a unit ('' is the unit 1). UnitError when ``text`` is not a unit."""
+    """Parse a unit ('' is the unit 1). Raises UnitError when ``text`` is not a unit."""
     if not text.strip():
         return Unit()
     if len(text) > LONGEST:
@@ -184,7 +184,7 @@ def _symbol(word: str) -> Unit:
 
 
 def parse(text: str) -> tuple[float, Unit | None, str]:
-    """(SI value, unit, text of the unit) of "VALUE" or "VALUE UNIT"; the unit is None for a plain number. UnitError for any
+    """(SI value, unit, text of the unit) of "VALUE" or "VALUE UNIT"; the unit is None for a plain number. Raises UnitError for any
     other text."""
     plain = text.replace("−", "-")
     m = _NUMBER.match(plain)

@@ -21,7 +21,7 @@ STILL = 1e-9
 
 
 def driven(built: Built) -> list[tuple[str, int, Signal]]:
-    """(joint, index of the freedom from 0, drive) for every driven freedom."""
+    """For every driven freedom: (joint, index of the freedom from 0, drive)."""
     return [(j.name, k, d.drive) for j in built.system.joints for k, d in enumerate(j.devices) if d.drive is not None]
 
 
@@ -40,8 +40,8 @@ def external(built: Built, t: float) -> np.ndarray:
 
 
 def beginning_notes(built: Built, against_data: bool) -> list[str]:
-    """A note for every drive whose table begins with a nonzero rate. against_data: whether to omit the note unless the table's
-    first two values are equal."""
+    """A note for every drive whose table begins with a nonzero rate. against_data: whether to report only tables whose first two
+    values are equal."""
     tables = [(name, k, d.index) for name, k, d in driven(built) if d.kind == "table"]
     x, notes = external(built, 0.0) if tables else np.zeros(0), []
     for name, k, index in tables:

@@ -82,15 +82,15 @@ def _loop_outcome(model: Model, plain: Outcome) -> Outcome:
 
 
 def _penetration(model: Model, plain: Outcome) -> Outcome:
-    """The outcome ``plain`` with the contact and the depth of its penetration."""
+    """The outcome ``plain`` with the joint of the contact and the depth of penetration."""
     row, depth = model.block.open_row()
     joint = next(j.name for j in model.system.unilateral if j.rows == row)
     return replace(plain, joint=joint, advice=f"{plain.advice}; the depth is {depth:.6g} m", numbers={"depth": depth})
 
 
 def loop_joint(system: System, cut: Joint, gimbal: bool) -> Joint:
-    """The joint that the outcome of a failed loop names: the cut joint. In gimbal lock: a joint of the loop with two crossed
-    rotation axes."""
+    """The joint that the outcome of a failed loop names: the cut joint, or, in gimbal lock, a joint of the loop
+    with two crossed rotation axes."""
     return next((j for j in loop_joints(system, cut) if j.kind.second_axis >= 0), cut) if gimbal else cut
 
 
@@ -115,7 +115,7 @@ def suspect(model: Model, status: int) -> str:
     """Name of the joint that probably causes a failure; "" if unknown.
 
     If the equations of friction have no solution, this is the joint with the largest friction in the last row. If numbers are not
-    finite, it is the fastest joint; at rest, the first joint with a freedom."""
+    finite, this is the fastest joint; at rest, the first joint with a freedom."""
     system = model.system
     if status == Status.FAIL_MULTIPLIERS and system.frictional:
         z = model.block.multipliers()

@@ -13,7 +13,7 @@ it pushes at the start counts as the pushing side."""
 
 
 class FollowerPulls:
-    """Records, during a run, when the normal force of a cam's or curve's follower without friction first becomes a pull. system:
+    """Records when the normal force of a follower without friction (of a cam or curve) first becomes a pull during a run. system:
     structure of the block; the block must have started."""
 
     def __init__(self, system: System, block: Block):

@@ -18,8 +18,8 @@ SLIDING = (PRISMATIC.name, CYLINDRICAL.name)
 
 
 def guide_end_notes(scene: Scene, columns: Sequence[Column], data: np.ndarray) -> list[str]:
-    """A note for every sliding joint one of whose contacts leaves the other part, with the first time. data: rows of a run, with
-    the time before the columns. Joints without columns of position and speed along the axis are not examined. Between rows, the
+    """A note for every sliding joint with a contact that leaves the other part, with the first time. data: rows of a run, with the
+    time before the columns. Joints without columns of position and speed along the axis are not examined. Between rows, the
     position is the cubic polynomial that has the positions and speeds of the rows."""
     sliding = {name: j for name, j in scene.joints.items() if j.type in SLIDING}
     places = {c.name: 1 + i for i, c in enumerate(columns)} if sliding else {}
@@ -36,8 +36,8 @@ def guide_end_notes(scene: Scene, columns: Sequence[Column], data: np.ndarray) -
 
 
 def covered(scene: Scene, j: Joint) -> tuple[float, float, str, str] | None:
-    """(smallest and largest position, m, at which both contacts of a sliding joint are on the other part, the part with the
-    contacts, the other part). None if the scene does not give the distance of the contacts or the other part's length."""
+    """(range of the position, m; part with the contacts; other part). In this range, both contacts of a sliding joint are on the
+    other part. None if the scene does not give the distance of the contacts or the other part's length."""
     half = j.friction.half_length if j.friction is not None else None
     if not isinstance(half, float) or j.ends == "overlap":
         return None
@@ -59,11 +59,11 @@ def _shape_middle(scene: Scene, side: JointSide) -> float:
 
 
 def _first_outside(time: np.ndarray, q: np.ndarray, speed: np.ndarray, low: float, high: float) -> float | None:
-    """The first time at which q leaves the range low…high, in which it starts; None if it stays there."""
+    """The first time at which q leaves the range low…high. None if q never leaves the range, or starts outside it."""
     if not len(q) or not low <= q[0] <= high:
         return None
     steps = np.diff(time)
-    # Bernstein coefficients: each cubic lies between the least and the largest of its four.
+    # Each cubic lies between the least and the largest of its four Bernstein coefficients.
     around = np.stack([q[:-1], q[:-1] + steps * speed[:-1] / 3, q[1:] - steps * speed[1:] / 3, q[1:]])
     for i in np.flatnonzero((steps > 0.0) & ((around.max(axis=0) > high) | (around.min(axis=0) < low))):
         h = steps[i]

@@ -1,4 +1,4 @@
-"""Motions of a mechanism that move no inertia (theory, "Light bodies"): no force determines their acceleration."""
+"""Motions of a mechanism that move no inertia (theory, "Light bodies"). No force determines the acceleration of such a motion."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ SQUARE = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
 """Places of the six moments of inertia of a body in its matrix."""
 VANISHING = 1e-6
 """Largest relative singular value that counts as zero after a run whose steps became too small. Steps become too small where a
-motion loses its inertia, such as a massless crank at a dead centre. They reach round-off of the time at about 1e-7."""
+motion loses its inertia, such as a massless crank at a dead centre. Such steps reach the round-off of time at a singular value of
+about 1e-7."""
 IDLE = 1e-12
 """A constraint row whose entries are below this value is round-off, rad or lengths."""
 
@@ -153,7 +154,7 @@ def _carried(model: Model, j: Joint, carrier: Moved, values: np.ndarray) -> Move
 
 
 def _coordinates(model: Model, j: Joint, values: np.ndarray) -> list[float]:
-    """All coordinates of a tree joint. Drives prescribe some of them, at the time of the state."""
+    """All coordinates of a tree joint. Drives prescribe some of these coordinates, at the time of the state."""
     block, states = model.block, state_coordinates(j)
     q = [0.0] * j.kind.nq
     for i, at in enumerate(states):

@@ -66,7 +66,8 @@ def _gaps(model: Model, positions: bool) -> list[Gap]:
 
 
 def _describe(model: Model, gap: Gap, positions: bool) -> str:
-    """Text such as "a gap of 0.2 m and 3 deg remains at rod_pin, in the loop crank (revolute, axis z), …, driven: crank"."""
+    """Text about a gap, such as "a gap of 0.2 m and 3 deg remains at rod_pin, in the loop crank (revolute, axis z), …, driven:
+    crank"."""
     per = "" if positions else "/s"
     parts = [f"{gap.distance:.3g} m{per}"] if gap.distance > 0.0 else []
     if gap.angle > 1e-9 or not parts:

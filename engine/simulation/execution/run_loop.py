@@ -64,7 +64,7 @@ class OneRun:
         self.began = False
 
     def result(self) -> Result:
-        """Execute the run and return its result."""
+        """Execute the run. Returns the result."""
         started = time.perf_counter()
         outcome = self._begin()
         self.setup = time.perf_counter() - started + self.model.setup_seconds
@@ -84,7 +84,7 @@ class OneRun:
         frictional = [j.name for j in self.model.system.frictional]
         audit = audit_of(block.judgement(), frictional) if self.rows else Audit()
         outcome = judged(outcome, audit)
-        if self.redundancy.count:  # these evaluations come last, so that the statistics and the audit do not count them
+        if self.redundancy.count:  # the statistics and the audit do not count evaluations after this line
             self.redundancy = self.redundancy.or_at(open_reactions(self.model, s))
             certified = replace(certified, not_unique=self.redundancy.joints)
         self.notes += [*redundancy_notes(self.redundancy), *certificate_notes(certified)]
@@ -96,8 +96,8 @@ class OneRun:
                       self.redundancy, certified, audit)
 
     def _begin(self) -> Outcome | None:
-        """Close the loops, add notes about changed start values, and evaluate the start. Returns an outcome if this fails, else
-        None."""
+        """Close the loops, add notes about changed start values, and evaluate the start. Returns an outcome if one of these fails,
+        else None."""
         model = self.model
         model.block.configure(self.settings)
         code = model.block.assemble()
@@ -152,7 +152,7 @@ class OneRun:
                 steps = self._next_steps(steps, time.perf_counter() - began)
             elif status not in (bl.ROWS_FULL, bl.EVENTS_FULL, bl.CANCELLED, bl.OK):
                 failed = diagnose(self.model, status)
-                if interrupt.asked:  # Ctrl-C may have cut the diagnosis short
+                if interrupt.asked:  # Ctrl-C may have interrupted the diagnosis
                     raise KeyboardInterrupt
                 return failed
             if full := room.take(count, len(events)):

@@ -27,7 +27,7 @@ class Model:
 
     scene: a checked scene. outputs: patterns of columns; default: those of the scene. kernel: kind of kernel; None: chosen by the
     structure and ``runs``. runs: expected number of runs; infinite if the model will be stepped for a long time. built: the result
-    of ``build_with_starts``, if it is known. SceneError for unknown columns."""
+    of ``build_with_starts``, if it is known. Raises SceneError for unknown columns."""
 
     def __init__(
         self, scene: Scene, outputs: Names | None = None, kernel: str | None = None, runs: float = 1, built: Built | None = None
@@ -42,9 +42,9 @@ class Model:
         self.kernel_kind = kernel_for(kernel, self.built.system, runs)
         self._load(redundant=False)
         self._reactions: Model | None = None
-        self.columns_of_loops: dict[tuple[str, ...], Any] = {}  # cache of ``open_reactions``, like ``perhaps_open``
+        self.columns_of_loops: dict[tuple[str, ...], Any] = {}  # values that ``open_reactions`` caches
         self.perhaps_open: dict[tuple[str, ...], list[Column]] = {}
-        self.with_inertia_at = b""  # parameters and state of the last start that passed the check of missing inertia
+        self.with_inertia_at = b""  # data of the last start that passed the check of missing inertia
         self.setup_seconds = time.perf_counter() - started - self.build_seconds
 
     def _load(self, redundant: bool) -> None:
@@ -53,7 +53,8 @@ class Model:
         self.block = bl.Block(self.kernel, self.built.numbers, np.array(self.built.parameters.values))
 
     def variant(self, redundant: bool) -> Kernel:
-        """The kernel. redundant: whether to return the variant for friction that depends on reactions of redundant loops."""
+        """The kernel, or a variant. redundant: whether to return the variant for friction that depends on reactions of redundant
+        loops."""
         make: Callable[..., Kernel] = kernel
         if self.kernel_kind == "parts":
             from trunnion.parts.kernels.scene_kernel import parts_kernel
@@ -62,7 +63,7 @@ class Model:
         return make(self.system, len(self.built.parameters.values), self.columns, needs_quadratures(self.columns), redundant)
 
     def with_reactions(self, names: list[str]) -> Model:
-        """A model of the same scene with these columns, which show reactions. Later calls return the same model."""
+        """A model of the same scene whose columns are ``names``, which show reactions. Later calls return the same model."""
         if self._reactions is None or self._reactions.system != self.system:
             self._reactions = Model(self.built.scene, names, "parts", built=self.built)
         if len(self._reactions.built.numbers.breaks) != len(self.built.numbers.breaks):
@@ -78,7 +79,7 @@ class Model:
         status = self.block.start(t, until, every, row)
         if status != bl.NEED_REDUNDANT:
             return status
-        y, x = self.block.y.copy(), self.block.x.copy()  # x contains which contacts are open
+        y, x = self.block.y.copy(), self.block.x.copy()  # x contains the flags of open contacts
         self._load(redundant=True)
         self.block.configure(settings)
         self.block.y[:], self.block.x[:] = y, x

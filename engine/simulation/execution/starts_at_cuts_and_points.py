@@ -1,5 +1,5 @@
-"""Start values given at cut joints, and start positions of points. A mechanism with other cuts, whose points are held at their
-positions by joints, converts them to start values of the tree joints."""
+"""Start values given at cut joints, and start positions of points. A second mechanism has other cuts, and joints that hold the
+points at their positions. The start of this mechanism gives the start values of the tree joints."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def build_with_starts(scene: Scene) -> Built:
     """The result of ``build``, with the start values of cut joints and the start positions of points converted to start values of
     the tree joints.
 
-    The start values of the cut joints are dropped if other cuts would drop as many given values, or if no position satisfies all
-    given values. A note of the run then names the joints. SceneError if exact values would be dropped, or if a point cannot be
-    brought to its position.
+    The start values of the cut joints are dropped in two cases: other cuts would drop as many given values, or no position
+    satisfies all given values. A note of the run then names the joints. Raises SceneError if exact values would be dropped, or if a
+    point cannot be brought to its position.
     """
     built = build(scene)
     unused = [j.name for j in built.system.joints if j.cut and _given(scene, j.name)]
@@ -51,7 +51,8 @@ def build_with_starts(scene: Scene) -> Built:
 
 
 def _points(scene: Scene) -> dict[str, tuple[Path, Joint]]:
-    """{name: (path of a start component of a point, joint that holds the point in the plane of this component)}."""
+    """{name of an added joint: (path of a start component of a point, the joint)}. The joint holds the point in the plane of this
+    component."""
     found: dict[str, tuple[Path, Joint]] = {}
     for body, point, at in ((n, point, at) for n, b in scene.bodies.items() for point, at in b.start.items()):
         for i, (x, e) in enumerate(zip(at, UPRIGHT, strict=True)):
@@ -83,7 +84,8 @@ def _given_at_cuts(scene: Scene, built: Built) -> set[str]:
 
 
 def _cut_elsewhere(scene: Scene) -> Scene:
-    """The scene without forces, its loops cut at the joints with the fewest given start values where the joints may be cut."""
+    """The scene without forces. Its loops are cut at the joints with the fewest given start values, among those joints that may be
+    cut."""
     bare, wish, never = without_forces(scene), {0: True, 1: None, 2: False}, tied(scene)
     cuts = {n: wish[len(_given(scene, n))] if may_be_cut(j) and n not in never else None for n, j in bare.joints.items()}
     return replace(bare, joints={n: replace(j, cut=cuts[n]) for n, j in bare.joints.items()})
@@ -93,7 +95,8 @@ def _tree_starts(
     built: Built, elsewhere: Scene, points: dict[str, tuple[Path, Joint]]
 ) -> tuple[np.ndarray, np.ndarray, list[str]] | None:
     """(q, v, notes): start values of the tree joints, from the start of the scene that is cut elsewhere and whose points are held.
-    None if that scene uses no more of the given values than ``built``, or cannot start. SceneError if the points cannot be held."""
+    None if that scene uses no more of the given values than ``built``, or if that scene cannot start. Raises SceneError if the
+    points cannot be held."""
     holders = {name: joint for name, (_, joint) in points.items()}
     there = build(replace(elsewhere, joints=elsewhere.joints | holders))
     if not all(may_be_cut(elsewhere.joints[j.name]) for j in there.system.joints if j.cut and j.name not in holders):
@@ -130,7 +133,7 @@ def _block(built: Built, chosen: list[Column]) -> bl.Block:
 
 
 def _unreached(there: Built, block: bl.Block, points: dict[str, tuple[Path, Joint]]) -> list[Problem]:
-    """Problems of the points that stay away from their start positions in the nearest pose found."""
+    """A problem for every point that is not at its start position in the nearest pose found."""
     residuals, _ = block.gap()
     far = {c.name: abs(float(residuals[c.rows])) for c in there.system.cuts}
     most = max(far[name] for name in points)

@@ -22,7 +22,8 @@ LENGTHS = {"N*m": 1.0}
 
 
 def open_reactions(model: Model, settings: bl.Settings) -> Redundancy:
-    """The redundancy at the current state of a started model, with its columns. settings: settings of the run."""
+    """The redundancy at the current state of a started model, with the columns that are not unique. settings: settings of the
+    run."""
     found = redundancy(model.block)
     if found.joints not in model.perhaps_open:
         model.perhaps_open[found.joints] = [c for c in model.available if _may_be_open(c, found.joints)]
@@ -45,13 +46,14 @@ def open_reactions(model: Model, settings: bl.Settings) -> Redundancy:
 
 
 def _may_be_open(c: Column, joints: tuple[str, ...]) -> bool:
-    """Whether redundant loops may leave a column open. The reaction of a drive is minus its effort, which is examined."""
+    """Whether redundant loops may leave a column open. The reaction of a drive is minus the drive's effort; only the effort is
+    examined."""
     return c.kind in LINEAR and c.subject[0] in joints and (c.kind != "drive" or c.quantity.output == "effort")
 
 
 def _changes(model: Model, wanted: list[Column], settings: bl.Settings) -> np.ndarray:
-    """Changes of the columns ``wanted`` along the open directions (directions × columns). They come from a model with these
-    columns at the same state, if the model lacks them. Empty if that model cannot start."""
+    """Changes of the columns ``wanted`` along the open directions (directions × columns). If the model lacks these columns, a
+    second model that has them is started in the same state. Empty if the second model cannot start."""
     places = {c.name: i for i, c in enumerate(model.columns)}
     if not all(c.name in places for c in wanted):
         other = model.with_reactions([c.name for c in wanted])
@@ -65,8 +67,9 @@ def _changes(model: Model, wanted: list[Column], settings: bl.Settings) -> np.nd
 
 
 def _by_loop(model: Model, wanted: list[Column], changes: np.ndarray) -> Iterator[np.ndarray]:
-    """Changes along single directions (n × columns). The runtime first evaluates directions of several loops, then the rows that
-    structure removes: for each group of loops, one row of every loop at once. Loops without drives stay together."""
+    """Changes along single directions (n × columns). ``changes`` contains directions of several loops, then rows that structure
+    removes. In the second part, each direction moves one such row of every loop of a group at once. The function splits these
+    directions by loop; loops without drives stay in one direction."""
     joints = tuple(c.subject[0] for c in wanted)
     if joints not in model.columns_of_loops:
         model.columns_of_loops[joints] = _columns_of_loops(model, joints, np.array([c.kind == "drive" for c in wanted]))
@@ -81,8 +84,8 @@ def _by_loop(model: Model, wanted: list[Column], changes: np.ndarray) -> Iterato
 
 def _columns_of_loops(model: Model, joints: tuple[str, ...], is_drive: np.ndarray) -> tuple[list[int], list[list[np.ndarray]]]:
     """For each group of loops: the number of rows that structure removes, and masks of columns. There is one mask for the joints of
-    each loop with a drive, and one for all other loops together. Only loops with drives need separate directions, because only
-    efforts of drives are combined."""
+    each loop with a drive, and one for all other loops together. Only loops with drives need separate directions, because
+    ``_combinations`` combines only efforts of drives."""
     loops, on_loops = reaction_groups(model.system), dict(rows_of(model.system))
     active, groups = set(model.block.kernel.facts["active_rows"]), loops["loop_group"]
     removed = [len(set(range(a, b)) - active) for a, b in pairwise(loops["loop_rows"])]
@@ -101,8 +104,8 @@ def _together(masks: list[np.ndarray], is_drive: np.ndarray) -> list[np.ndarray]
 
 
 def _combinations(names: tuple[str, ...], changes: np.ndarray) -> tuple[Combination, ...]:
-    """Independent combinations of efforts that do not change along any direction, in reduced echelon form. changes: changes of the
-    efforts (directions × efforts); the largest change is 1."""
+    """Independent combinations of efforts, in reduced echelon form. The combinations do not change along any direction. changes:
+    changes of the efforts (directions × efforts); the largest change is 1."""
     _, sizes, basis = np.linalg.svd(changes, full_matrices=True)
     rest = basis[int(np.sum(sizes > SHARE)) :]
     out = []
@@ -116,7 +119,7 @@ def _combinations(names: tuple[str, ...], changes: np.ndarray) -> tuple[Combinat
         rest = np.delete(rest, pivot, 0)
         rest = rest - np.outer(rest[:, at], row)
         out.append(row)
-    for i, row in enumerate(out):  # remove the leading effort of each combination from all others
+    for i, row in enumerate(out):  # remove each combination's leading effort from the other combinations
         lead = int(np.argmax(np.abs(row) > SHARE))
         out[:i] = [above - above[lead] * row for above in out[:i]]
     return tuple({n: float(x) for n, x in zip(names, row, strict=True) if abs(x) > SHARE} for row in out)

@@ -1,5 +1,5 @@
-"""Additional step ends in the tighter of two runs. Without them both runs would begin with the same steps, and the difference of
-the runs would not show the errors of these steps."""
+"""Additional step ends in the tighter of two runs. Without additional step ends, both runs would begin with the same steps, and the
+difference of the runs would not show the errors of these steps."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trunnion.simulation.runtime_interface.simulation_block import Block
 APART = 0.41
 """Position of an additional step end within a step of the first run, relative to the step's length."""
 FEW = 4
-"""If at most this many steps lie between two common step ends, the longest of them also gets an additional step end."""
+"""If at most this many steps lie between two common step ends, the longest of these steps also gets an additional step end."""
 MORE = 0.3
 """Largest number of additional step ends, relative to the first run's number of steps. The longest steps are divided first."""
 NEAR = 1e-9
@@ -27,8 +27,8 @@ CORNERS = ("separation",)
 
 
 def offset_step_ends(model: Model, until: float, run: Result, times: np.ndarray) -> Model:
-    """The model of the tighter run, with additional step ends. They are placed where both runs would otherwise make the same steps:
-    after the start, kinks of signals, and events. times: known step ends of the first run, s."""
+    """The model of the tighter run, with additional step ends. The additional step ends are at places where both runs would
+    otherwise make the same steps: after the start, kinks of signals, and events. times: known step ends of the first run, s."""
     numbers = model.built.numbers
     events = [e.time for e in run.events if e.kind not in CORNERS]
     breaks = numbers.break_times(until)
@@ -48,7 +48,7 @@ def offset_step_ends(model: Model, until: float, run: Result, times: np.ndarray)
 
 def _inside(marks: np.ndarray, times: np.ndarray) -> list[tuple[float, float]]:
     """(duration of a step, s; time of the additional step end, s) for the first step after each mark. If two marks have at most FEW
-    steps between them, the longest of these steps is included too."""
+    steps between them, the longest of these steps is included, too."""
     out = []
     for a, b in pairwise(marks):
         ends = np.array([a, *times[(times > a) & (times < b)], b])

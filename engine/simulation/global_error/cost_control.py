@@ -1,5 +1,5 @@
-"""Cost control of a second run. The first run records its evaluations, and the second run adapts its tolerance to a limit of its
-evaluations."""
+"""Cost control of a second run. The first run records its evaluations. The second run adapts its tolerance so that its own
+evaluations stay within a limit."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ STRETCHES = 24
 DEAD = 0.04
 """Relative deviation of the cost below which the tolerance stays unchanged."""
 RESTART = 1.3
-"""Largest number of evaluations of a second run, relative to the first run. A run that will take more is abandoned at any time."""
+"""Largest number of evaluations of a second run, relative to the first run. A run that will take more evaluations is abandoned at
+any time."""
 MEMORY = 0.9
 """In the cost estimate, the weight of a stretch relative to the weight of the following stretch."""
 TIGHTER, LOOSER = 0.5, 8.0

@@ -40,7 +40,7 @@ WIDER = 2.0
 """A row this close to an event may lie before the event in one run and after it in the other. The distance is relative to the
 difference of the event's times in the two runs."""
 NEAR_END = 1e-9
-"""An event in this last share of the run may lack a counterpart, because the other run may end before its event."""
+"""An event in this last share of the run may lack a counterpart, because the other run may end before its own event."""
 
 
 def certainty(run: Result, tighter: Result, numbers: Numbers, correction: float) -> Certainty:
@@ -119,7 +119,7 @@ def _floor(run: Result, k: Kinds) -> np.ndarray:
 
 
 def _ahead(found: np.ndarray, rows: int) -> np.ndarray:
-    """Errors (rows × n): each row is taken from the row that is later by the share AHEAD of all ``rows``."""
+    """Errors (rows × n). Each row contains the errors of a later row: AHEAD times ``rows`` later."""
     later = np.arange(len(found)) + int(np.ceil(AHEAD * rows))
     return found[np.minimum(later, len(found) - 1)]
 
@@ -159,8 +159,8 @@ def _promise(run: Result, tighter: Result, pairs: Pairs, end: float, states: np.
 
 
 def _doubling(times: np.ndarray, states: np.ndarray, last: int) -> float:
-    """Time, s, in which the errors double while they grow from LINEAR/1000 to LINEAR; infinite for a sudden rise. last: row at
-    which the errors exceed LINEAR."""
+    """Time, s, in which the errors double during their growth from LINEAR/1000 to LINEAR. The time is infinite for a sudden rise.
+    last: row at which the errors exceed LINEAR."""
     before = np.flatnonzero(states[:last] < 1e-3 * LINEAR)
     first = int(before[-1]) if len(before) else 0
     if last - first < 5 or states[first] <= 0.0:

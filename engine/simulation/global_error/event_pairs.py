@@ -34,7 +34,7 @@ class Pairs:
 
 def pair_events(run: Sequence[Event], other: Sequence[Event], near_end: float) -> Pairs:
     """Pair the events of two runs. near_end: time, s; later events may lack a counterpart, because the other run may end before
-    them."""
+    these events."""
     mine, theirs = _by_kind(run), _by_kind(other)
     times: dict[int, tuple[float, float]] = {}
     alone: list[tuple[float, str]] = []

@@ -42,7 +42,7 @@ def companion(settings: Settings, steps: Mapping[str, int]) -> tuple[Settings, f
         return replace(settings, step=settings.step / dearer), 1.0 / (1.0 - dearer**-order)
     factor = dearer ** ORDERS[method]
     rtol = settings.rtol / factor
-    if rtol < TIGHTEST:  # make the second run looser instead; the difference is then about its error
+    if rtol < TIGHTEST:  # make the second run looser instead; the difference of the runs is then about the second run's error
         return replace(settings, rtol=settings.rtol * factor), 1.0
     return replace(settings, rtol=rtol), 1.0 / (1.0 - 1.0 / factor)
 

@@ -67,7 +67,7 @@ class ErrorRequest:
     tolerance: bool = False
 
     def check(self) -> None:
-        """SceneError with every contradiction in the request."""
+        """Raise SceneError with every contradiction in the request."""
         problems = []
         if self.every <= 0.0:
             problems.append(
@@ -81,7 +81,7 @@ class ErrorRequest:
 def run_with_error(
     scene: Scene, patterns: tuple[str, ...], kernel: str | None, w: ErrorRequest, progress: Progress | None
 ) -> Result:  # fmt: skip
-    """Run a scene with an error estimate. SceneError for a wrong request."""
+    """Run a scene with an error estimate. Raises SceneError for a wrong request."""
     w.check()
     model = model_with_state(scene, patterns, kernel)
     if w.accuracy is None:
@@ -90,8 +90,8 @@ def run_with_error(
 
 
 def read_bound(accuracy: Amount, columns: list[Column], patterns: tuple[str, ...]) -> Bound:
-    """The bound of errors for the columns that match the patterns. accuracy: a number, or a number with a unit. SceneError for a
-    wrong accuracy."""
+    """The bound of errors for the columns that match the patterns. accuracy: a number, or a number with a unit. Raises SceneError
+    for a wrong accuracy."""
     text = f"{accuracy:g}" if isinstance(accuracy, float | int) else str(accuracy)
     try:
         value, unit, written = parse(text)
@@ -117,8 +117,8 @@ def _cancelled(r: Result) -> bool:
 
 def search_tolerance(model: Model, w: ErrorRequest, bound: Bound, progress: Progress | None) -> Result:
     """The first run that meets the bound, or the last run if TRIES runs do not meet the bound. Each tolerance follows from the
-    errors of the previous run. If the errors are far below the bound, a looser run is tried and returned if it meets the bound,
-    too."""
+    errors of the previous run. If the errors are far below the bound, the function tries a looser run, and returns this run if it
+    also meets the bound."""
     scale = float(kinds(model.columns, model.built.numbers).scale[list(bound.places)].max())
     rtol = float(np.clip(FIRST * bound.value / scale, TIGHTEST, LOOSE))
     for _ in range(TRIES):

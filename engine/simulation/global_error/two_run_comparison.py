@@ -102,7 +102,7 @@ class _TighterRun:
     limited: bool
 
     def result(self) -> Tighter:
-        """The tighter run, by a method of higher order if that stays within the limits, else by the first run's method."""
+        """The tighter run, by a method of higher order if the cost stays within the limits, else by the first run's method."""
         s, spent = self.settings, 0
         if (other := higher(s)) is not None:
             tighter = self._paced(other, 0, (other.rtol, s.rtol / APART_AT_LEAST), TRIAL)

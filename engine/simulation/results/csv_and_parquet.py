@@ -89,7 +89,7 @@ def to_arrow(result: ResultData) -> pyarrow.Table:
 
 
 def save(result: ResultData, path: str | os.PathLike[str]) -> Path:
-    """Write CSV or Parquet, depending on the suffix. SceneError for another suffix or a folder that is not writable."""
+    """Write CSV or Parquet, depending on the suffix. Raises SceneError for another suffix or a folder that is not writable."""
     with writing(path, SUFFIXES) as work:
         if work.suffix.lower() == ".csv":
             _write_csv(result, work)
@@ -126,8 +126,8 @@ def lines_of(data: np.ndarray) -> bytes | bytearray:
     characters = np.frombuffer(lines, np.uint8)
     commas = np.flatnonzero(characters == ord(","))
     characters[commas[data.shape[1] - 1 :: data.shape[1]]] = ord("\n")
-    characters[-1] = ord("\n")  # in place of the closing bracket of the list
-    del characters  # release the view: a bytearray with a view cannot change its size
+    characters[-1] = ord("\n")  # a line feed replaces the list's closing bracket
+    del characters  # delete the view: a bytearray with a view cannot change its size
     del lines[:1]
     return lines
 
@@ -185,7 +185,7 @@ def _event(e: dict[str, Any]) -> Event:
 
 
 def load_result_table(path: str | os.PathLike[str]) -> ResultTable:
-    """Read a file that ``save`` wrote. SceneError for other files."""
+    """Read a file that ``save`` wrote. Raises SceneError for other files."""
     file = Path(path)
     reader = {".csv": _read_csv, ".parquet": _read_parquet}.get(file.suffix.lower())
     if reader is None:

@@ -65,7 +65,7 @@ class Certainty:
         error: largest error up to each row (n × c), in the column's unit; NaN where no error is stated, and for columns without
             errors, such as ``audit.*``.
         shift: error of the time of an event near each row (n), s; 0 if there is no event near the row. If the shift is not 0, a
-            column that jumps at the event may have its value before the jump or its value after the jump.
+            column that jumps at the event may have the value before or after the jump.
         event_errors: error of the time of each event, s.
         floor: smallest error that can be stated for each column (c), in its unit.
         promise: validity of the errors.
@@ -90,7 +90,7 @@ class Certainty:
     met: bool = True
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """The error of a column (n); KeyError for unknown names."""
+        """The error of a column (n); raises KeyError for unknown names."""
         try:
             return self.error[:, self.names.index(name)]
         except ValueError:

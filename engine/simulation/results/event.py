@@ -19,8 +19,8 @@ class Event:
         before: contact angles before the event, rad.
         after: contact angles after the event, rad.
         turn: rotation of each contact's normal, rad.
-        margin: smallest change of the deciding quantity that would change the decision. Friction is relative to capacity, and speed
-            to the speed scale. NaN for events of time stepping.
+        margin: smallest change of the deciding quantity that would change the decision. A margin of friction
+            is divided by the capacity; a margin of speed is divided by the speed scale. NaN for events of time stepping.
         marginal: whether the margin is below the run's own error, or the time is unknown. At another tolerance the decision may
             differ.
     """

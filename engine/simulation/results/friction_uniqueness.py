@@ -22,7 +22,7 @@ class Certificate:
         indeterminate: (time, s; joint) of the first instant at which both stick and slip are solutions; None if there is none.
         redundancy: number of independent reaction patterns that the motion does not determine.
         not_unique: joints with reactions that are not unique.
-        time_stepped: time, s, from which time stepping is used because events accumulate; None if they do not.
+        time_stepped: time, s, from which time stepping is used because events accumulate; None if events do not accumulate.
         dead_centre: time, s, of the first dead centre that a driven motion passes; None without any.
     """
 

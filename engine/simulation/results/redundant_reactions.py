@@ -22,14 +22,15 @@ class Redundancy:
     """Reactions that are not unique (theory, "Redundant loops").
 
     Without friction in the loops, the reported reactions have the minimum norm in the metric of the bodies' inertia. With friction
-    in the loops, they are the limit for stiff contacts.
+    in the loops, the reported reactions are the limit for stiff contacts.
 
     Attributes:
         count: number of independent reaction patterns that the motion does not determine.
         joints: joints whose reactions are not unique.
         rubbing: the joints among ``joints`` that have friction. For rigid bodies, their friction and the motion are not unique.
         columns: columns of the components of reactions that are not unique at the start or at the end of the run. All other
-            components are unique there. With ``rubbing``, they are unique only for given friction.
+            components are unique at the start and at the end. With ``rubbing``, these other components are unique only for given
+            friction.
         drives: columns of the efforts of drives that are not unique.
         determined: independent combinations of ``drives`` that are unique at the start, as {column: factor}, in SI units.
     """

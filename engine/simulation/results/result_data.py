@@ -83,7 +83,7 @@ class ResultData:
         return self.data[:, 0]
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """A column by name. KeyError for an unknown name; its text suggests similar names."""
+        """A column by name. Raises KeyError for an unknown name; the error suggests similar names."""
         try:
             return self.data[:, self._index[name]]
         except KeyError:

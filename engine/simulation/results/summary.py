@@ -21,7 +21,7 @@ NEGLIGIBLE = 1e-9
 """A column is a main column only if its largest value is above this share of the largest value among the joint's columns of the
 same kind."""
 STIFF_STEPS = 100
-"""Smallest number of steps limited by stability that a note reports; fewer cost little."""
+"""Smallest number of steps limited by stability that a note reports. Fewer such steps cost little."""
 MAIN = ("friction.torque[*]", "friction.force", "friction.force[*]", "contact[*].normal_force", "friction.work")
 WHOLE = ("energy.residual", "audit.constraint")
 
@@ -58,7 +58,7 @@ def _large(result: ResultData, names: list[str]) -> list[str]:
 
 
 def has_motion(result: ResultData) -> bool:
-    """Whether the result contains a motion, which is not the case if the run failed at its start."""
+    """Whether the result contains a motion. A run that failed at its start has no motion."""
     return len(result) > 0 and (result.outcome.ok or result.stats.steps > 0)
 
 

@@ -11,7 +11,8 @@ from trunnion.simulation.results.csv_and_parquet import load_result_table
 
 
 def read_user_table(file: str, where: str) -> tuple[list[str], np.ndarray]:
-    """(names, values (rows × names)) of a table. where: the option that names the file. SceneError for an unreadable file."""
+    """(names, values (rows × names)) of a table. where: the option that names the file. Raises SceneError for an unreadable
+    file."""
     path = Path(file)
     try:
         read = load_result_table(path)

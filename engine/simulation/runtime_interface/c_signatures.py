@@ -27,7 +27,7 @@ SIGNATURES = {
 
 @lru_cache(maxsize=1)
 def library() -> ctypes.CDLL:
-    """The runtime library with declared signatures. RuntimeError if the size of its batch record differs from the size in
+    """The runtime library with declared signatures. Raises RuntimeError if the size of its batch record differs from the size in
     Python."""
     lib = runtime()
     for name, codes in SIGNATURES.items():

@@ -12,7 +12,7 @@ HOST = ctypes.CFUNCTYPE(ctypes.c_int)
 """Type of the function that the runtime calls. The result 1 cancels the work."""
 
 
-class cancellable:  # used like a function
+class cancellable:  # the name is in lower case, because the class is used like a function
     """Allow the function ``stop`` and Ctrl-C to end long work of a simulation block. at: returns the block's address, which may
     change.
 

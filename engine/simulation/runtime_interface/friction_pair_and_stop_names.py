@@ -15,8 +15,8 @@ def slider_names(system: System) -> list[tuple[str, int]]:
 
 
 def stop_names(system: System) -> list[tuple[str, int]]:
-    """(joint, number of the freedom, from 1) for every end stop, joint that only pushes, latch contact and latch hook, in
-    the order of their flags."""
+    """(joint, number of the freedom, from 1) for every flag, in the order of the flags. End stops, mouths of slots, joints that
+    only push, latch contacts and latch hooks have flags."""
     found: dict[int, tuple[str, int]] = {}
     for j in system.joints:
         if j.unilateral:

@@ -26,7 +26,7 @@ from trunnion.system.signals.signal_tables import table_block
 
 METHODS = {name: number for number, name in enumerate(NAMES)}
 COUNTERS = (*(n for n in STATS.names if n != "of_method"), *NAMES)
-"""Names of the numbers of ``tr_stats``, in their order: its last field counts the steps of each method."""
+"""Names of the numbers of ``tr_stats``, in their order. The last field of ``tr_stats`` counts the steps of each method."""
 COUNTS = struct.Struct(f"{len(COUNTERS)}l")
 EVENT_CAPACITY = 1024
 NO_EVENTS = np.zeros(0, EVENT.dtype)
@@ -40,7 +40,7 @@ class Settings:
     """Settings of the steps of a run.
 
     Attributes:
-        rtol: relative tolerance. It is also the absolute tolerance, in the scene's scales.
+        rtol: relative tolerance, and also the absolute tolerance in the scene's scales.
         method: integration method.
         step: fixed step, s, without error control; 0: error control.
         max_step: longest step, s.
@@ -84,7 +84,7 @@ def address(array: np.ndarray) -> int:
 
 def zeroed(count: int) -> np.ndarray:
     """Zeros that begin at a memory page. The operating system provides each page at its first use. Arrays for dense maps grow with
-    the square of the mechanism's size, and so take memory only in runs that form dense maps."""
+    the square of the mechanism's size. Such arrays take memory only in runs that form dense maps."""
     private = {"flags": mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS} if hasattr(mmap, "MAP_PRIVATE") else {}
     return np.frombuffer(mmap.mmap(-1, 8 * count, **private), float)
 
@@ -127,7 +127,7 @@ class Block:
         self.events = self._view(Array.EVENTS, EVENT.numbers * self._sizes[2]).view(EVENT.dtype)
 
     def copied_to(self, at: int) -> Block:
-        """The copy of this block that the runtime made at the address ``at``. The caller must keep its memory alive."""
+        """The copy of this block that the runtime made at the address ``at``. The caller must not free the memory of the copy."""
         other = copy(self)
         other.at, other._memory = at, np.ctypeslib.as_array((ctypes.c_double * (self.bytes // 8)).from_address(at))
         other._views()
@@ -209,7 +209,7 @@ class Block:
         return self.lib.tr_row(self.at, out.ctypes.data)
 
     def evaluate(self) -> tuple[np.ndarray, np.ndarray]:
-        """(ẏ (ny), multipliers [λ of active rows; η]) at the current state. RuntimeError if there is no solution."""
+        """(ẏ (ny), multipliers [λ of active rows; η]) at the current state. Raises RuntimeError if there is no solution."""
         sizes = self.kernel.sizes
         dy, z = np.zeros(self.ny + sizes["works"] + 4), np.zeros(sizes["active"] + sizes["neta"] + 1)
         if not self.lib.tr_evaluate(self.at, dy.ctypes.data, z.ctypes.data):
@@ -217,7 +217,7 @@ class Block:
         return dy[: self.ny], z[:-1]
 
     def derivatives(self) -> np.ndarray:
-        """∂ẏ/∂[y, t] at the current state (ny × (ny + 1)). Attaches the Jacobian unit if it is missing. RuntimeError if the
+        """∂ẏ/∂[y, t] at the current state (ny × (ny + 1)). Attaches the Jacobian unit if it is missing. Raises RuntimeError if the
         derivatives do not exist."""
         if not self._has_jacobian:
             self.attach_jacobian()
@@ -227,8 +227,8 @@ class Block:
         return out.T
 
     def redundancy(self) -> tuple[int, np.ndarray]:
-        """Patterns of scaled loop reactions that the motion does not determine, each a unit vector. Returns their number, and the
-        largest component of each reaction over all patterns (loop rows)."""
+        """(number of patterns, largest component of each scaled reaction over all patterns (loop rows)). A pattern is a unit vector
+        of scaled loop reactions that the motion does not determine."""
         share = np.zeros(sum(n for _, n in self.kernel.facts["loop_rows"]) + 1)
         return max(self.lib.tr_redundancy(self.at, share.ctypes.data), 0), share[:-1]
 
@@ -264,7 +264,7 @@ class Block:
 
     def open_row(self) -> tuple[int, float]:
         """The cause of a failure of the loops: (responsible constraint row or −1, independence of the rows). The independence is 1
-        for fully independent rows, and 0 for dependent rows. It is −1 if the failure has another cause."""
+        for fully independent rows, and 0 for dependent rows. The independence is −1 if the failure has another cause."""
         number = ctypes.c_double(-1.0)
         return self.lib.tr_fail_row(self.at, ctypes.addressof(number)), number.value
 

@@ -1,5 +1,5 @@
 """Choice of the default kernel. The choice depends only on structure and request, so that the same request gives bitwise the same
-results, whatever kernels are cached."""
+results with any cached kernels."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ def overrun_note(counters: Mapping[str, int]) -> str:
 
 
 def work_of(kernel: Kernel) -> Work | None:
-    """How many operations each part of a step takes; None for a bytecode kernel, whose operations are not counted."""
+    """Number of operations of each part of a step. None for a bytecode kernel, whose operations are not counted."""
     operations = kernel.facts["operations"]
     return work(operations, kernel.sizes) if operations else None
 

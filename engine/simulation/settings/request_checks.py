@@ -24,7 +24,7 @@ TIME_STEPPING = frozenset(m.name for m in METHODS if isinstance(m, Impulses))
 def check_settings(
     until: float, every: float, s: bl.Settings, scene: Scene, outputs: Sequence[str] | None = None, step: float = 0.0
 ) -> None:
-    """SceneError with every problem of a run's settings for this scene.
+    """Raise SceneError with every problem of a run's settings for this scene.
 
     until: end time, s. every: output spacing, s. outputs: patterns of the stored columns; None if rows are not stored. step:
     requested fixed step, s, or 0."""

@@ -36,8 +36,8 @@ class Builder:
     def __init__(self, scene: sm.Scene, table: ParameterTable):
         self.scene, self.table = scene, table
         self.tables: list[tuple[str, sm.Table | sm.Input]] = [("input", i) for i in scene.inputs.values()]
-        """Pairs of a word and data: "input" or "tracked" for every external input, then "drive" or "load" for every table signal. A
-        motion that an input prescribes follows it smoothly; this input is "tracked"."""
+        """Pairs of a word and data: "input" or "tracked" for every external input, then "drive" or "load" for every table signal.
+        An input that prescribes a motion is "tracked": the motion follows the input smoothly."""
         self.stops = self.hooks = 0
         self.inputs = {n: i for i, n in enumerate(scene.inputs)}
 
@@ -48,7 +48,7 @@ class Builder:
 
     def device(self, name: str, j: sm.Joint, k: int, slides: bool) -> Device:
         """The devices along freedom k of a joint, as leaves with the paths of the scene. slides: whether the freedom is a
-        translation; this determines the units."""
+        translation; the units depend on this flag."""
         u, f = ("m", "N") if slides else ("rad", "N*m")
         s = self.table.own
 
@@ -76,8 +76,8 @@ class Builder:
         )
 
     def nonlinear(self, path: str, group: sm.Nonlinear, x: str, f: str) -> tuple[LawForce, ...]:
-        """The nonlinear springs and dampers of a freedom or of the line between two points. x, f: units of its coordinate and
-        force."""
+        """The nonlinear springs and dampers of a freedom or of the line between two points. x, f: units of the coordinate and of
+        the force."""
         out = []
         for law, data in force_laws.given(group):
             named = [(f"{path}.{law.key}{own}", value) for own, value in law.numbers(data)]
@@ -140,13 +140,14 @@ class Builder:
         return Signal("value", (self.table.own(path, value, unit),))
 
     def through(self, path: str, c: sm.InputCurve, unit: str, index: int) -> Signal:
-        """A signal that is a curve's value at the value of an input. index: table of the input."""
+        """A signal that is a function of an input: the value of a curve at the input's current value. index: table of the input."""
         at = [self.table.own(f"{path}.at[{i + 1}]", x, "1") for i, x in enumerate(c.at)]
         value = [self.table.own(f"{path}.value[{i + 1}]", x, unit) for i, x in enumerate(c.value)]
         return Signal("through", (*filled(at), *filled(value)), index)
 
     def component(self, path: str, value: sm.Load, unit: str) -> Signal | None:
-        """A component of a load vector; None if it is written as exactly 0, which removes terms from the generated code."""
+        """A component of a load vector. None if the scene gives exactly 0; the generated code then has no terms for this
+        component."""
         if isinstance(value, float | int):
             leaf: Leaf = self.table.component(path, float(value), unit)
             return None if leaf == 0.0 else Signal("value", (leaf,))
@@ -176,8 +177,8 @@ class Builder:
 @dataclass(frozen=True)
 class SignalLeaves:
     """Makes the leaves of one signal. path: path of the signal's keys. unit: unit of the values. rate: unit of the rates, for
-    drives. use: "drive" or "load". limited: whether the signal has limits; the times at which it passes a limit then depend on each
-    of its numbers."""
+    drives. use: "drive" or "load". limited: whether the signal has limits; the times at which the signal passes a limit then depend
+    on each number of the signal."""
 
     builder: Builder
     path: str
@@ -211,6 +212,6 @@ def word_of(path: str) -> str:
 
 
 def at_ends(j: sm.Joint, stops: sm.EndStops) -> sm.EndStops:
-    """The end stops of a joint. If a joint with a curve has stops without bounds, they are at both ends of the curve."""
+    """The end stops of a joint. If a joint with a curve has stops without bounds, the stops are at both ends of the curve."""
     given = stops.lower is not None or stops.upper is not None
     return stops if j.curve is None or given else replace(stops, lower=0.0, upper=length(j.curve))

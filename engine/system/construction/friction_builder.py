@@ -69,7 +69,7 @@ def element(scene: sm.Scene, devices: Builder, j: Joint, eta: int, flag: int) ->
             numbers += _by_load(table, f"joints.{j.name}.friction.{n.name}", n.name, value)
             continue
         values = value if isinstance(value, tuple) else (value,) * n.count
-        put = table.own if isinstance(value, tuple) or n.count == 1 else table.scalar  # a scalar is one value for both journals
+        put = table.own if isinstance(value, tuple) or n.count == 1 else table.scalar  # one number is the value for both journals
         for label, one in zip(n.labels, values, strict=True):
             if isinstance(one, sm.FromInput | sm.Signal):
                 at = label if isinstance(value, tuple) else n.name

@@ -1,4 +1,5 @@
-"""Freedoms of tree joints on loops whose body is light compared with the other bodies of the loops (theory, "Light bodies")."""
+"""Light freedoms (theory, "Light bodies"): the freedoms of a tree joint on a loop, if the body that the joint carries is much
+lighter than other bodies on loops."""
 
 from __future__ import annotations
 
@@ -16,15 +17,15 @@ from trunnion.system.structure.parameter_table import Leaves, Param, ParameterTa
 
 LIGHT = 1e-3
 """A body on a loop is light if its inertia is below this fraction of the heaviest body's inertia. With an inertia ratio of 10^-n,
-the loop equations lose n digits. Above this limit, they keep the digits that events and steps require."""
+the loop equations lose n digits. Above this limit, the equations keep the digits that events and steps require."""
 
 
 def light_freedoms(
     scene: Scene, table: ParameterTable, bodies: Sequence[Body], joints: Sequence[Joint], more: Sequence[Joint]
 ) -> list[LightFreedom]:
-    """All light freedoms of tree joints. Only the body that a joint carries counts for the joint, not heavier bodies outboard. (A
-    wheel that turns freely on a shaft, about the shaft's axis, adds nothing to the shaft's inertia about this axis.) This body is
-    compared with the bodies on the loops and with those that they carry. more: couplings, which close loops, too."""
+    """All light freedoms of tree joints. A joint is judged by the body that it carries, without heavier bodies outboard. (A wheel
+    that turns freely on a shaft adds nothing to the shaft's inertia about the axis.) The function compares this body with the
+    bodies on the loops, and with all bodies outboard of them. more: couplings, which also close loops."""
     on_loops = _bodies_on_loops(bodies, [j for j in joints if j.cut] + list(more))
     if not on_loops:
         return []
@@ -39,7 +40,7 @@ def light_freedoms(
             light = LIGHT * max(sizes)
             if inertia < light and j.devices[k].inertia is None:
                 added = min(x for x in sizes if x >= light)
-                out.append(LightFreedom(i, k, turning, 2.0 ** round(math.log2(added))))  # rounded, so that sweeps share a kernel
+                out.append(LightFreedom(i, k, turning, 2.0 ** round(math.log2(added))))  # rounding lets sweeps share a kernel
     return out
 
 
@@ -57,7 +58,7 @@ def light_rows(joints: Sequence[Joint], found: Sequence[LightFreedom], rows: int
 def massless_and_free(
     scene: Scene, bodies: Sequence[Body], joints: Sequence[Joint], found: Sequence[LightFreedom]
 ) -> list[Problem]:
-    """Problems: bodies of mass 0 whose motion is determined neither by a loop nor by a body with mass outboard of them."""
+    """A problem for each massless body whose motion nothing determines: no loop, and no body with mass outboard of the body."""
     light = {(x.joint, x.freedom) for x in found}
     mass, out = [_mass(scene, b) for b in bodies], []
     carried = _largest_outboard(bodies, mass)

@@ -47,7 +47,7 @@ def _field(points: Points, path: str, f: sm.PlaceFormula) -> Signal:
 
 
 def _place(points: Points, on: str) -> tuple[str, Leaves]:
-    """Body, and point as leaves, that the text "body.point" names; "body" names its mass centre."""
+    """The body, and the point as leaves, that the text "body.point" names. The text "body" names the body's mass centre."""
     body, point = point_of(points.scene, on)
     if not named_point(on):
         x, y, z = points.scene.bodies[body].center
@@ -57,7 +57,8 @@ def _place(points: Points, on: str) -> tuple[str, Leaves]:
 
 
 def _attraction(points: Points, name: str, f: sm.PointGravity) -> Load:
-    """The attraction of a body by a point: a spring-damper without stiffness and damping, with a law over the length."""
+    """The attraction of a body by a point: a spring-damper without stiffness and damping, with a force law that depends on the
+    length."""
     body, at = _place(points, f.on)
     other, point = point_of(points.scene, f.towards)
     end = points.relative(other, points.label(f.towards, f"bodies.{other}.origin.point"), point)

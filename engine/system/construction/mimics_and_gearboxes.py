@@ -15,7 +15,7 @@ from trunnion.system.structure.parameter_table import ParameterTable
 
 
 def ties(scene: Scene, table: ParameterTable, joints: tuple[Joint, ...]) -> tuple[Joint, ...]:
-    """A coupling for each joint of the scene that follows another joint. The rows of couplings follow those of cut joints.
+    """A coupling for each joint of the scene that follows another joint. The rows of couplings come after those of cut joints.
     joints: all tree joints and cut joints."""
     at = {j.name: i for i, j in enumerate(joints) if not j.cut}
     rows, out = sum(j.kind.rows for j in joints if j.cut), list[Joint]()

@@ -30,9 +30,9 @@ def curve(given: Given, roller: Leaf = 0.0) -> Curve:
 
 
 def _straight(both: list[np.ndarray], k: int, h: float, at: float, way: float) -> CurveSegment:
-    """A straight piece that continues the curve before its first piece (k = 0, h = 0) or after its last piece (k = −1). It meets
-    piece k at the parameter distance h from the start of piece k. at: curve parameter of the meeting point; way: arc length
-    there, m."""
+    """A straight piece that continues the curve before its first piece (k = 0, h = 0) or after its last piece (k = −1). The
+    straight piece meets piece k at the parameter distance h from the start of piece k. at: curve parameter of the meeting point;
+    way: arc length there, m."""
     e2, e3 = ((c[0] + h * (c[1] + h * (c[2] + h * c[3])), c[1] + h * (2 * c[2] + 3 * h * c[3])) for c in (x[k] for x in both))
     return CurveSegment(float(at), 0.0 if k == 0 else ENDLESS, float(way), (*map(float, e2), 0.0, 0.0), (*map(float, e3), 0.0, 0.0))
 

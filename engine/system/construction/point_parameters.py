@@ -37,6 +37,6 @@ class Points:
         return f"ground.points.{point}" if body == "ground" else f"bodies.{body}.points.{point}"
 
     def label(self, end: str, otherwise: str) -> str:
-        """Path of the point that an end of a spring names; ``otherwise`` if it names none."""
+        """Path of the point that an end of a spring names; ``otherwise`` if the end names no point."""
         point = named_point(end)
         return self.named(body_of(end), point) if point else otherwise

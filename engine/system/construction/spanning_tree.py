@@ -13,7 +13,7 @@ from trunnion.scene.queries.mass_properties import mass_properties
 
 LIGHT = 1e-6
 """A body is light if its mass is below this fraction of the heaviest body's mass. If only the reaction of a cut joint moves a light
-body, its motion loses more than six of sixteen digits."""
+body, the body's motion loses more than six of sixteen digits."""
 BY_ANGLE = ("spring", "end_stops", "latch")
 """Devices whose force depends on a coordinate."""
 DEVICES = ("spring", "damping", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch")
@@ -33,9 +33,9 @@ def cutting_cost(j: Joint, light: bool, tied: bool = False) -> tuple[int, int]:
 
     The first entry adds up the reasons against a cut. Two facts exclude a cut: the joint's type, and ``tied`` (the joint follows or
     leads another joint). Reasons against a cut are the scene's key ``cut``, a light body, devices, and forces that depend on an
-    angle. (The angle of a cut joint is measured within ±π; beyond, these forces would be wrong.) The second entry counts friction,
-    given start values and new multipliers. A spherical joint is the best cut: it adds only three multipliers and saves a
-    quaternion."""
+    angle. (The angle of a cut joint is measured within ±π; outside this range, these forces would be wrong.) The second entry
+    counts friction, given start values and new multipliers. A spherical joint is the best cut: it adds only three multipliers and
+    saves a quaternion."""
     kind = REGISTRY[j.type]
     never = 0 if may_be_cut(j) and not tied else 16
     devices = sum(getattr(j, d) is not None for d in DEVICES)
@@ -47,16 +47,16 @@ def cutting_cost(j: Joint, light: bool, tied: bool = False) -> tuple[int, int]:
 
 
 def light_bodies(scene: Scene) -> set[str]:
-    """Bodies with so little mass or inertia that they must not be at the end of a chain. At the end of a chain, round-off of their
-    large accelerations would hide the motion of other bodies."""
+    """Bodies with so little mass or inertia that they must not be at the end of a chain. At the end of a chain, a light body has
+    large accelerations, and their round-off would hide the motion of other bodies."""
     made = {n: mass_properties(b) for n, b in scene.bodies.items()}
     heaviest = max((m for m, _, _ in made.values()), default=0.0)
     return {n for n, (m, _, inertia) in made.items() if m < LIGHT * heaviest or not any(map(any, inertia))}
 
 
 def span(scene: Scene) -> Spanning:
-    """The spanning tree. If a branch ends with a light body at a cut joint, the tree is built again; to cut a joint of a light body
-    then costs more."""
+    """The spanning tree. If a branch ends with a light body at a cut joint, the function builds the tree again, with a higher cost
+    of cutting the joints of light bodies."""
     made = _span(scene, set())
     carrying = {body_of(scene.joints[n].inboard if forward else scene.joints[n].outboard) for n, _, forward in made.tree}
     loose = {body_of(side) for n in made.cut for side in (scene.joints[n].inboard, scene.joints[n].outboard)} - carrying
@@ -65,8 +65,8 @@ def span(scene: Scene) -> Spanning:
 
 
 def _span(scene: Scene, light: set[str]) -> Spanning:
-    """The spanning tree, grown from the ground. The next joint is the one with the highest cutting cost; among equal ones, the one
-    nearest to the ground, then the first by name. The order in the file therefore has no effect."""
+    """The spanning tree, grown from the ground. The next joint is the joint with the highest cutting cost. Among joints of equal
+    cost, the joint nearest to the ground comes first, then the first by name. The order in the file therefore has no effect."""
     ends = {n: (body_of(j.inboard), body_of(j.outboard)) for n, j in scene.joints.items()}
     at: dict[str, list[str]] = {}
     for n, (a, b) in ends.items():

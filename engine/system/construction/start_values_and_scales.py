@@ -51,7 +51,7 @@ class Numbers:
     """For each rate (nv): the level of ``q_given`` of the joint to which the rate belongs."""
 
     def break_records(self) -> np.ndarray:
-        """The breaks as the runtime reads them (``tr_break``). Those that occur once are in the order of their times."""
+        """The breaks as the runtime reads them (``tr_break``). Breaks that occur once are in the order of their times."""
         return np.array(sorted(self.breaks, key=lambda c: (c.period > 0.0, c.time)), float).reshape(-1)
 
     def break_times(self, until: float) -> list[float]:
@@ -125,7 +125,7 @@ def breaks(scene: sm.Scene) -> tuple[Corner, ...]:
 
 def length_scale(scene: sm.Scene) -> float:
     """Length scale, m: the largest size of any body, or the largest distance between two of a body's points, joint points and mass
-    centre. If all these are zero: in mechanisms with wheels the largest radius of gyration, otherwise 1."""
+    centre. If all these lengths are zero, the scale is the largest radius of gyration in mechanisms with wheels, otherwise 1."""
     sizes = [0.0]
     for b in scene.bodies.values():
         pts = [np.array(b.center, float), *(np.array(p, float) for p in b.points.values())]

@@ -46,7 +46,7 @@ class Built:
 
 
 def fit(j: sm.Joint) -> Fit:
-    """Roles of a joint's parts: which one carries the pin, and at the ends of which one the contacts are (``Fit``)."""
+    """Roles of a joint's parts: which part carries the pin, and which part has the contacts at its ends (``Fit``)."""
     out = j.pin == "outboard"
     if j.ends is None or REGISTRY[j.type].slides_along < 0:  # without sliding, the choice has no effect
         return Fit(out)
@@ -56,8 +56,8 @@ def fit(j: sm.Joint) -> Fit:
 
 
 def build(scene: sm.Scene) -> Built:
-    """Reduce a checked scene to the data of its system, without symbolic expressions. Raises SceneError for poses of wheels that do
-    not fit, for a massless body whose motion nothing determines, and for joints that only push in a real-time scene."""
+    """Reduce a checked scene to the data of its system, without symbolic expressions. Raises SceneError for three faults: poses of
+    wheels that do not fit; a massless body whose motion nothing determines; joints that only push in a real-time scene."""
     table = ParameterTable(scene.tunable)
     spanning = span(scene)
     maker = _Maker(scene, table, spanning)
@@ -123,7 +123,8 @@ class _Maker(Points):
         return Body(name, mass, middle, leaves, shaped, points, i, self.index[parent])
 
     def joint(self, name: str) -> Joint:
-        """A joint without friction, and without its offsets in the state and among the constraint rows; ``place`` adds them."""
+        """A joint, still without its friction element and without its offsets in the state and among the constraint rows. ``place``
+        adds the friction element and the offsets."""
         j = self.scene.joints[name]
         kind = REGISTRY[j.type]
         a, b = sides_of(self.scene, j)
@@ -144,7 +145,8 @@ class _Maker(Points):
         )
 
     def length(self, name: str) -> Param:
-        """The length of a rod. If the length follows from the poses of bodies, it depends on every number of these poses."""
+        """The length of a rod. If the length follows from the poses of bodies, the length depends on every number of these
+        poses."""
         j = self.scene.joints[name]
         made = self.table.own if j.length is not None else self.table.scalar
         return made(f"joints.{name}.length", rod_length(self.scene, j) or 0.0, "m")

@@ -79,7 +79,7 @@ def _way(scene: sm.Scene, spanning: Spanning, name: str) -> set[str]:
 
 
 def _misfit(scene: sm.Scene, j: sm.Joint, where: dict[str, BodyPose]) -> Iterator[tuple[str, str]]:
-    """Problem and remedy, for each problem with the relative pose of two wheels."""
+    """A pair (problem, remedy) for each fault in the relative pose of two wheels."""
     (Ea, pa), (Eb, pb) = (where[s.body].side(s) for s in sides_of(scene, j))
     a, b, s, of = Ea[:, 0], Eb[:, 0], pb - pa, sizes(j)
     rolls = rolls_of(j)

@@ -1,7 +1,7 @@
 """Frequencies of the excitation of a mechanism. While a friction pair sticks, the runtime limits its steps by these frequencies.
 
-A sticking pair does not move until its load exceeds friction. Error control does not notice a load that exceeds friction only
-within one step. """
+A sticking pair does not move until its load exceeds friction. A load may exceed friction for less than one step; error control
+does not notice such a load."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from trunnion.system.structure.parameter_table import Leaf, Param
 
 
 def frequencies(system: System) -> tuple[tuple[int, float], ...]:
-    """Index of the run-time parameter and factor to Hz, for the frequency of every harmonic signal and for every prescribed
-    rotation rate."""
+    """For the frequency of every harmonic signal and for every prescribed rotation rate: index of the run-time parameter, and
+    factor to Hz."""
     found: dict[int, float] = {}
     for signal, turns in _signals(system):
         for leaf, unit in _paces(signal, turns):
@@ -39,7 +39,7 @@ def _signals(system: System) -> Iterator[tuple[Signal, bool]]:
 
 
 def _paces(signal: Signal, turns: bool) -> Iterator[tuple[Leaf, float]]:
-    """Leaf and factor to Hz, for those parameters of a signal that are frequencies or rotation rates."""
+    """(leaf, factor to Hz) for each parameter of a signal that is a frequency or a rotation rate."""
     if signal.of is not None:
         yield from _paces(signal.of, turns)
     elif signal.kind in OF_LABEL:

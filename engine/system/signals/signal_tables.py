@@ -21,7 +21,7 @@ from trunnion.scene.data_classes import scene as sm
 
 DRIVE, LOAD = "natural", "linear"
 """Default interpolation of drives and of loads. (For drives, linear interpolation would give no continuous acceleration, and a
-clamped spline a rate of zero at both ends.)"""
+clamped spline would give a rate of zero at both ends.)"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,8 @@ class ExternalInput:
         return np.array(INPUT.doubles(kind=TableKind.INPUT, followed=self.tracked, **now, bandwidth=self.bandwidth, **late), float)
 
     def alike(self, other: SignalCurve | ExternalInput) -> bool:
-        """Whether two cases of a batch may share an input. Their start values may differ, because each case stores its own."""
+        """Whether two cases of a batch may share an input. The start values may differ, because each case stores its own start
+        value."""
         return isinstance(other, ExternalInput) and (self.tracked, self.bandwidth, self.begin) == (
             other.tracked, other.bandwidth, other.begin)
 
@@ -113,7 +114,7 @@ def spline_moments(t: np.ndarray, v: np.ndarray, ends: tuple[float, ...] | None 
 
 def tridiagonal(below: np.ndarray, diagonal: np.ndarray, above: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Solution (n) of a tridiagonal system (diagonals of n − 1, n, n − 1) by elimination without pivoting. Valid for diagonally
-    dominant matrices; those of splines are."""
+    dominant matrices, such as the matrices of splines."""
     low, d, up, x = (a.tolist() for a in (below, diagonal, above, right))
     for i in range(1, len(d)):
         factor = low[i - 1] / d[i - 1]
@@ -128,8 +129,8 @@ def tridiagonal(below: np.ndarray, diagonal: np.ndarray, above: np.ndarray, righ
 def monotone_slopes(t: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Slopes at the knots (n) of the monotone piecewise cubic of Fritsch and Carlson (PCHIP).
 
-    The slope is zero at extrema and plateaus, otherwise a weighted harmonic mean of the slopes on both sides (Fritsch and Butland).
-    The slope at each end is that of a parabola, limited to keep the curve monotone. """
+    The slope is zero at extrema and plateaus. Elsewhere it is a weighted harmonic mean of the slopes on both sides (Fritsch and
+    Butland). The slope at each end is that of a parabola, limited to keep the curve monotone."""
     h = np.diff(t)
     slope = np.diff(v) / h
     if len(t) == 2:

@@ -1,5 +1,5 @@
-"""The data of a system, from which the recursion is built. All data are immutable; their hash depends on the content alone, and
-gives the kernel's key."""
+"""The data of a system, from which the recursion is built. All data are immutable. The hash of the data depends on the content
+alone, and gives the kernel's key."""
 
 from __future__ import annotations
 
@@ -57,7 +57,8 @@ class FrictionElement:
         return tuple(sorted([*(e for s in self.sliders for e in s.eta), *self.bound]))
 
     def number(self, name: str) -> Leaf:
-        """The leaf of the parameter ``name``. Raises KeyError if there is none, or if it depends on time or an input."""
+        """The leaf of the parameter ``name``. Raises KeyError if there is no such parameter, or if the parameter depends on time or
+        an input."""
         return {n: x for n, x in self.numbers if not isinstance(x, Signal)}[name]
 
     @property
@@ -194,12 +195,12 @@ class System:
 
     @property
     def down(self) -> tuple[int, ...]:
-        """For each latch: the tooth on which its hook is at the start; 0: the hook is up."""
+        """For each latch: the tooth on which the latch's hook is at the start; 0: the hook is up."""
         return tuple(x.down for x in self._hooks)
 
     @property
     def presses(self) -> tuple[int, ...]:
-        """For each latch: index of the flag that is 1 while its hook is pressed."""
+        """For each latch: index of the flag that is 1 while the latch's hook is pressed."""
         return tuple(x.pressed for x in self._hooks)
 
     @property
@@ -223,12 +224,12 @@ class System:
 
     @cached_property
     def unilateral(self) -> tuple[Joint, ...]:
-        """The joints that only push."""
+        """The joints whose contact can push, but not pull."""
         return tuple(j for j in self.joints if j.unilateral)
 
     @cached_property
     def light(self) -> tuple[Joint, ...]:
-        """The rows of light freedoms. They are the last ones of ``ties``."""
+        """The rows of light freedoms. These rows are the last of ``ties``."""
         return tuple(j for j in self.ties if j.light)
 
     @property
@@ -267,8 +268,8 @@ class System:
 
     @cached_property
     def bristles(self) -> tuple[int, ...]:
-        """Indices of the friction multipliers whose law has a bristle state. The bristle states follow the rates in the state of
-        the run, in this order."""
+        """Indices of the friction multipliers whose law has a bristle state. In the state of the run, the bristle states come after
+        the rates, in this order."""
         return tuple(e for j in self.frictional if j.friction and j.friction.bristles for s in j.friction.sliders for e in s.eta)
 
     @cached_property

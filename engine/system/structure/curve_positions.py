@@ -1,5 +1,6 @@
-"""Positions in curves and fields that steps with error control must resolve (theory, "Error control"). They follow the
-values of the stops in the kernel's function ``events``: joints' freedoms, lines between two points, points in fields."""
+"""Positions in curves and fields that steps with error control must resolve (theory, "Error control"). The kernel's function
+``events`` returns these positions after the values of the stops. Their order: joints' freedoms, lines between two points, points in
+fields."""
 
 from __future__ import annotations
 
@@ -28,6 +29,6 @@ def fields_with_width(system: System) -> Iterator[Load]:
 
 
 def curve_positions(system: System) -> int:
-    """Number of the positions: one for each law, three for each field."""
+    """Number of positions in curves and fields: one for each law, three for each field."""
     laws = sum(1 for _ in freedoms_with_curves(system)) + sum(1 for _ in lines_with_curves(system))
     return laws + 3 * sum(1 for _ in fields_with_width(system))

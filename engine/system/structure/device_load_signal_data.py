@@ -10,8 +10,8 @@ from trunnion.system.structure.parameter_table import Leaf, Leaves
 
 @dataclass(frozen=True)
 class Signal:
-    """A function of time. ``kind`` determines the meaning of ``leaves``. It is a label of a kind of signals (``scene.signals``), or
-    one of these:
+    """A function of time. ``kind`` determines the meaning of ``leaves``. ``kind`` is a label of a kind of signals
+    (``scene.signals``), or one of these:
 
     value      a constant.
     table      no leaves; ``index`` is that of the table. External inputs are the first tables.
@@ -132,7 +132,7 @@ class Load:
 
     @property
     def acts_as(self) -> str:
-        """The kind of load whose primitives apply this load when its value is known."""
+        """The kind of load whose primitives apply this load. A field acts like a force with the field's value."""
         return "force" if self.kind == "field" else self.kind
 
     @property

@@ -7,7 +7,7 @@ Stop flags: 1 while the end stop is engaged.
 Modes: state flag, frozen direction and given tilt of every friction pair (see ``elements.friction.friction_law``).
 
 The records are ``tr_moment``, ``tr_signal`` and ``tr_mode`` of ``trunnion.runtime.abi``. A simulation block refuses a kernel whose
-x has another size. """
+x has another size."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TABLE = run_records.SIGNAL.numbers
 MODE = run_records.MODE.numbers
 """Number of values of a friction pair: state flag, frozen direction (3), given tilt."""
 IN_MODE = tuple(run_records.MODE.at(name) for name in ("flag", "direction", "tilt"))
-"""Indices of these values within a mode."""
+"""Indices of the values of a mode within the mode."""
 
 
 @dataclass(frozen=True)

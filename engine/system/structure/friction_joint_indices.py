@@ -38,7 +38,7 @@ class Element:
 
     @property
     def law_kind(self) -> PairKind:
-        """The kind of friction pair that the law needs, which follows from the law's behaviour at rest."""
+        """The kind of friction pair that the law needs. The kind follows from the law's behaviour at rest."""
         law = LAWS[self.friction.law]
         if law.bristles:
             return PairKind.TURN if all(len(s.eta) == 1 for s in self.friction.sliders) else PairKind.SMOOTH

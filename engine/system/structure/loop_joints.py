@@ -16,12 +16,13 @@ USUAL = 1e8
 """Default radial stiffness of a joint's contacts, N/m: about that of a steel pin of 20 mm in a bearing. The value matters only if
 the scene gives the stiffness of other joints."""
 NO_SIZE = 1e-24
-"""Square of the smallest size of a joint, m². It avoids a division by zero, and even the squares of the quotients stay finite."""
+"""Square of the smallest size of a joint, m². This value avoids a division by zero, and keeps the squares of the quotients
+finite."""
 
 
 def bodies_of_loop(system: System, c: Joint) -> list[int]:
-    """Bodies whose tree joints are on the loop of a cut joint, ascending: the path between the cut joint's two bodies. For a
-    gearbox, the paths between the two bodies of each shaft's joint."""
+    """Bodies whose tree joints are on the loop of a cut joint, in ascending order. The loop is the path between the cut joint's two
+    bodies; for a gearbox, the paths between the two bodies of each shaft's joint."""
     paths = [set(way_to_ground(system.bodies, body)) for body in c.ends]
     pairs = zip(paths[::2], paths[1::2], strict=True)
     return sorted(set().union(*(a ^ b for a, b in pairs)))
@@ -57,7 +58,7 @@ def with_centres(system: System, points: Mapping[int, Sequence[Leaves]]) -> dict
 
 
 def rubs(system: System) -> bool:
-    """Whether a joint on a loop has friction."""
+    """Whether any joint on a loop has friction."""
     return any(j.friction for j in loop_joints(system))
 
 

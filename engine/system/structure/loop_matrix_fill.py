@@ -71,8 +71,8 @@ def coupled(system: System, loops: Sequence[Joint]) -> list[set[int]]:
 
 
 def fill(system: System, active: Sequence[int]) -> Fill:
-    """Sparsity pattern of the factor of S for the active rows. Empty, which means dense, in three cases: few rows; a contact that
-    may open; more than the fraction ``FEW_ENTRIES`` of a dense factor's entries."""
+    """Sparsity pattern of the factor of S for the active rows. The pattern is empty, which means a dense factor, in three cases:
+    few rows; a contact that may open; more than the fraction ``FEW_ENTRIES`` of a dense factor's entries."""
     return Fill() if len(active) < MANY_ROWS or system.light or system.unilateral else pattern(system, active, FEW_ENTRIES)
 
 

@@ -1,8 +1,9 @@
 """The numbers in a system's expressions (leaves): structural constants, which generated code contains literally, and run-time
 parameters, which generated code reads from memory.
 
-A component of a vector or matrix that is written as exactly 0 is a structural constant, which removes terms. Every other component,
-and every scalar field, is a run-time parameter. A zero whose path matches a ``tunable`` pattern is also a run-time parameter.
+If a component of a vector or matrix is written as exactly 0, it is a structural constant, which removes terms. Every other
+component, and every scalar field, is a run-time parameter. A zero whose path matches a ``tunable`` pattern is also a run-time
+parameter.
 """
 
 from __future__ import annotations
@@ -46,8 +47,8 @@ class ParameterTable:
         return Param(self._index[path])
 
     def own(self, path: str, value: float, unit: str) -> Param:
-        """A run-time parameter that is the scene's number at this path. Only for a number that affects nothing else: no scale,
-        start value, time of a kink or other parameter."""
+        """A run-time parameter that is the scene's number at this path. Use this function only for a number that affects nothing
+        else: no scale, start value, time of a kink or other parameter."""
         self._own.add(path)
         return self.scalar(path, value, unit)
 

@@ -1,5 +1,5 @@
 """Groups of redundant loops. The undetermined reactions of a group are computed together, because no joint transmits the
-multipliers of two of its loops (theory, "Redundant loops")."""
+multipliers of two loops of the group (theory, "Redundant loops")."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ class Exudyn(ReferenceSolver):
         import sys
 
         sys.exudynFast = True  # type: ignore[attr-defined]  # selects the module without range checks
-        with redirect_stdout(StringIO()):  # this hides the banner that Exudyn prints
+        with redirect_stdout(StringIO()):  # hide the banner that Exudyn prints
             import exudyn as exu
 
         exu.config.printToConsole = False
@@ -101,7 +101,7 @@ class Exudyn(ReferenceSolver):
         return system, sensors
 
     def _effort(self, system, of: dict, link: Link, freedom, effort: float) -> None:
-        """Apply the constant torque of a revolute joint. SceneNotSupported if the joint's axis is not fixed in the world."""
+        """Apply the constant torque of a revolute joint. Raises SceneNotSupported if the joint's axis is not fixed in the world."""
         if not freedom.turns or link.kind != "revolute" or link.inboard != GROUND:
             raise SceneNotSupported(f"not represented: effort of {link.name}")
         system.CreateTorque(bodyNumber=of[link.outboard], loadVector=effort * freedom.axis)

@@ -81,8 +81,8 @@ class Mujoco(ReferenceSolver):
         return out
 
     def xml(self, s: Setting) -> str:
-        """The scene as MJCF. Body frames have their origins at the mass centres, and the bodies' axes. All joint coordinates are
-        zero at the start."""
+        """The scene as MJCF. Each body frame has its origin at the mass centre and its axes along those of the body. All joint
+        coordinates are zero at the start."""
         tight = f'solref="{2 * s.step:.17g} 1" solimp="0.9999 0.9999 0.001 0.5 2"'
         head = (
             '<mujoco><compiler angle="radian" autolimits="true" inertiafromgeom="false" balanceinertia="false"/>'

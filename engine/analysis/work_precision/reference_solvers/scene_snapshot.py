@@ -149,7 +149,8 @@ def _part(scene: sm.Scene, at: dict[str, float], name: str, parent: int) -> Part
 
 
 def _link(model: Model, parts: tuple[Part, ...], j: Joint, at: dict[str, float]) -> Link:
-    """Joint j in the world frame. Its point is the outboard point; the inboard point differs from it only along sliding axes."""
+    """Joint j in the world frame. Its point is the outboard point; the inboard point differs from this point only along sliding
+    axes."""
     system, values = model.system, model.built.parameters.values
     number = [values[x.index] if not isinstance(x, float) else x for x in j.out_point]
     body = system.bodies[j.out] if j.out != GROUND else None
