@@ -32,7 +32,7 @@ SETTINGS = "solver."
 
 
 def web(scene: Given, overrides: Mapping[str, Any] | None = None, step: float = 0.0) -> dict[str, bytes]:
-    """Two files: the page, which contains the WebAssembly module, and the module alone. Errors as in ``library``."""
+    """Two files: the page, which contains the WebAssembly module, and the module alone. The errors are those of ``library``."""
     made = library(scene, overrides, ALL, step)
     module = wasm(made)
     given = {"title": escape(made.first.scene.title or made.first.scene.name), "wasm": base64.b64encode(module).decode()}
@@ -79,7 +79,8 @@ def _model(made: Library) -> dict[str, Any]:
 
 
 def _fastest(first: Result) -> str:
-    """The rate with the largest acceleration at the start; among equal accelerations, the largest rate."""
+    """The index of the joint rate with the largest acceleration at the start. Among equal accelerations, the largest rate
+    decides."""
     rates = [n for n in first.names if re.search(r"\.qd\[\d+\]$", n)]
     return max(rates, key=lambda n: (abs(float(first[n.replace(".qd[", ".qdd[")][0])), abs(float(first[n][0]))), default="")
 

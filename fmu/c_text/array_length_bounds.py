@@ -1,8 +1,8 @@
 """Upper bounds of the array lengths in the runtime, as C constants of the mechanism.
 
-The number of pairs at rest (``rest``, ``n``) is at most the number of all pairs. The numbers of multipliers in a group, and of
-multipliers that come to rest, are at most the number of all multipliers. The number of internal forces is at most the number of
-constraint rows. ``tests/fmu/sources/test_c_library.py`` checks each length against its bound."""
+The number of friction pairs at rest (``rest``, ``n``) is at most the number of all pairs. The numbers of multipliers in a group,
+and of multipliers that come to rest, are at most the number of all multipliers. The number of internal forces is at most the number
+of constraint rows. ``tests/fmu/sources/test_c_library.py`` checks each length against its bound."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ PICTURE = "picture.png"
 
 
 def picture(result: Result) -> bytes:
-    """A PNG picture, without metadata, of the mechanism at its start. A cached picture saves the import of matplotlib, which takes
+    """A PNG picture, without metadata, of the mechanism at its start. The picture is cached, because the import of matplotlib takes
     longer than the rest of an export."""
     plots = find_spec("trunnion.plots")
     assert plots is not None

@@ -36,13 +36,13 @@ class Terminal:
 
 
 def terminals(model: Model, made: Iterable[Fmi3Variable]) -> list[Terminal]:
-    """The terminals of the FMU. made: its variables. Only inputs and outputs can be members."""
+    """The terminals of the FMU. made: the variables of the FMU. Only inputs and outputs can be members of a terminal."""
     given = {f.name for f in made if f.first.causality in ("input", "output")}
     return [t for j in model.system.joints if (t := _flange(model, j, given) or _sensor(model, j, given)).members]
 
 
 def _flange(model: Model, j: Joint, given: set[str]) -> Terminal | None:
-    """The flange of a joint whose motion or effort is an input, if motion and effort are variables of the FMU."""
+    """The flange of a joint whose motion or effort is an input; None unless motion and effort are variables of the FMU."""
     if j.kind.nv != 1 or not j.devices:
         return None
     motion, effort = (_input_of(model, signal) for signal in (j.devices[0].drive, j.devices[0].effort))
@@ -54,8 +54,8 @@ def _flange(model: Model, j: Joint, given: set[str]) -> Terminal | None:
 
 
 def _sensor(model: Model, j: Joint, given: set[str]) -> Terminal:
-    """The terminal with all outputs of a joint, and the inputs of its devices. FMI's names <terminal>.<member> equal the names of
-    the outputs."""
+    """The terminal with all outputs of a joint and the inputs of the joint's devices. FMI's names <terminal>.<member> equal the
+    names of the outputs."""
     of = f"{j.name}."
     inputs = {name for d in j.devices for s in (d.drive, d.effort) if (name := _input_of(model, s)) in given}
     found = [(n, n.removeprefix(of)) for n in sorted(given) if n.startswith(of)] + [(n, f"inputs.{n}") for n in sorted(inputs)]

@@ -42,8 +42,8 @@ class Setting:
 
 @dataclass(frozen=True)
 class Component:
-    """A component: a scene that is exported with changes and outputs, or an existing FMU. parameters: values of its parameters and
-    inputs by name."""
+    """A component of a system: an existing FMU, or a scene, which is exported with changed values and selected outputs. parameters:
+    values of its parameters and inputs by name."""
 
     scene: str = ""
     fmu: str = ""
@@ -54,8 +54,8 @@ class Component:
 
 @dataclass(frozen=True)
 class Link:
-    """A mapping of a parameter of the system to a variable, which is given as (component, variable). The variable receives
-    factor × parameter + offset, in its own unit."""
+    """A mapping of a parameter of the system to a variable (component, name). The variable receives factor × parameter + offset, in
+    the unit of the variable."""
 
     start: str
     end: tuple[str, str]
@@ -79,7 +79,8 @@ class Connection:
 @dataclass(frozen=True)
 class System:
     """The contents of the file. folder: paths in the file are relative to this folder. lines, file: line numbers and file name for
-    problems that are found later. parameters, mappings: of the system; paths of an SSV and an SSM file, or their contents."""
+    problems that are found later. parameters, mappings: the system's parameters and their mappings, or the paths of an SSV file and
+    an SSM file."""
 
     name: str
     components: dict[str, Component]
@@ -163,7 +164,7 @@ class _Reader:
             yield Connection((name, variable), link.end, link.place, link.factor, link.offset)
 
     def contents(self, key: str, data: Any, folder: Path, suffix: str) -> Path | None:
-        """The file that a key names instead of its contents; None if it names none."""
+        """The path of a file, if the key holds a path instead of the contents of the file; else None."""
         given = data.get(key)
         if not isinstance(given, str):
             return None

@@ -1,5 +1,5 @@
-"""Variables of FMI 3.0. The components of a vector form an array, which has the value reference of its first component. An integer
-variable gets one of FMI 3.0's integer types."""
+"""Variables of FMI 3.0. The components of a vector form an array. The array has the value reference of its first component. An
+integer variable gets one of FMI 3.0's integer types."""
 
 from __future__ import annotations
 
@@ -62,8 +62,8 @@ class Fmi3Variable:
 
 
 def fmi3_variables(listed: Sequence[Variable], scalars: bool = False) -> list[Fmi3Variable]:
-    """The variables of FMI 3.0 that the scalar variables of FMI 2.0 form, in order of their value references. scalars: whether all
-    variables remain scalars."""
+    """The variables of FMI 3.0, formed from the scalar variables of FMI 2.0, in order of their value references. scalars: whether
+    all variables remain scalars."""
     out: list[Fmi3Variable] = []
     at = 0
     while at < len(listed):

@@ -33,8 +33,8 @@ class ModelExchangeVariables:
 
     @property
     def all(self) -> tuple[Variable, ...]:
-        """All variables of model exchange in order of their value references. These references come after those of other
-        variables."""
+        """All variables of model exchange, in order of their value references. The value references of other variables come
+        first."""
         return (*self.states, *self.rates, *self.indicators)
 
 
@@ -109,7 +109,7 @@ def _of_stops(system: System) -> list[tuple[str, str]]:
 
 
 def refusals(model: Model) -> list[Problem]:
-    """The reasons why a scene does not allow model exchange. In all these cases, the motion depends on more than time and state."""
+    """The reasons why a scene does not allow model exchange. For each reason, the motion depends on more than time and state."""
     sim = model.built.scene.simulation
     out = []
     if any(m.name == sim.method and isinstance(m, Impulses) for m in REGISTRY):

@@ -51,8 +51,7 @@ def type_of(c: Column) -> str:
 
 
 def derivatives(model: Model) -> dict[int, int]:
-    """For each column that is the time derivative of another column: the index of the other column, by the index of the
-    derivative."""
+    """Columns that are time derivatives of other columns: index of the derivative → index of the other column."""
     place = {c.key: i for i, c in enumerate(model.columns)}
     kinds = {j.name: j.kind for j in model.system.joints}
     found = {}

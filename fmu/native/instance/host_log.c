@@ -1,6 +1,6 @@
 /* Messages to the host. Each message has a category: a status, an event, or the progress of the run. */
 
-/* Categories: all messages; one category for each status; events; progress. */
+/* The categories: all messages, one category for each status, events, and progress. */
 enum { FMU_SAYS_ALL, FMU_SAYS_EVENTS = 5, FMU_SAYS_PROGRESS, FMU_CATEGORIES };
 static const char *const fmu_category[FMU_CATEGORIES] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal",
                                                          "logEvents", "logProgress"};

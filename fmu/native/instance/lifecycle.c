@@ -12,8 +12,8 @@ static const char *fmu_refusal(int type, const char *guid) {
                        : "the GUID is not that of this FMU: use the modelDescription.xml of the same export";
 }
 
-/* Create an instance with the exported values. On failure, logs the reason and returns NULL. why: a known reason against the
- * instance, or NULL. */
+/* Create an instance with the exported values. On failure, logs the reason and returns NULL. why: a reason why the instance cannot
+ * be created, or NULL. */
 static fmu_instance *fmu_create(const fmu_host *host, const char *name, const char *why, int logging) {
   fmu_instance probe = {.host = *host, .name = (char *)(name ? name : ""), .logging = FMU_EVERYTHING};
   fmu_state layout = {0};

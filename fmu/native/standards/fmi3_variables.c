@@ -21,7 +21,7 @@ static size_t fmi3_numbers(const fmi3ValueReference vr[], size_t n) {
   return all;
 }
 
-/* Whether a variable can be accessed between communication points. Only continuous inputs and outputs can. */
+/* Whether a host can access a variable between communication points, as is allowed for continuous inputs and outputs only. */
 static int fmi3_is_between(fmi3ValueReference r) {
   if (r >= (unsigned)(MODEL->outputs + fmu_all_inputs()) || fmi3_type(r) != FMU_FLOAT64) return 0;
   return (int)r >= MODEL->outputs || MODEL->slope[r] != -2;
