@@ -42,7 +42,8 @@ def pem(what: str, name: str) -> Any:
 
 
 def from_environment(name: str, metavar: str, text: str, default: str | bool = True) -> Any:
-    """An option that the environment variable ``TRUNNION_NAME`` also sets. text: help text. default: description of the default."""
+    """A command-line option. The environment variable ``TRUNNION_NAME`` also sets its value. text: help text. default: description
+    of the default."""
     return typer.Option(metavar=metavar, help=text, show_default=default, envvar=f"TRUNNION_{name}")
 
 
@@ -138,7 +139,7 @@ def command(
 
 @contextmanager
 def private_files() -> Iterator[None]:
-    """Within this block, this process and its workers create files and folders that other accounts cannot read."""
+    """A context in which this process and its workers create files and folders that other accounts cannot read."""
     before = os.umask(0o077)
     try:
         yield
@@ -232,7 +233,7 @@ def listener(host: str, port: int) -> socket.socket:
         what = f"{host!r} is not an address of this machine: {e.strerror or e}"
         raise SceneError([Problem("--host", what, "127.0.0.1 for this machine only, 0.0.0.0 for all its addresses")]) from e
     try:
-        if os.name == "posix":  # on other systems, two servers could then share a port
+        if os.name == "posix":  # on Windows, this option would allow two servers to share a port
             taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         taken.bind(address)
         taken.listen(BACKLOG)
@@ -268,7 +269,7 @@ def run_server(settings: Settings) -> int:
         flush=True,
     )
     sys.setswitchinterval(SWITCH_SECONDS)
-    gc.freeze()  # exclude all present objects from garbage collection, because each collection stops all threads
+    gc.freeze()  # exclude all present objects from garbage collection, because a collection stops all threads
     config = uvicorn.Config(
         app,
         settings.host,
@@ -285,7 +286,7 @@ def run_server(settings: Settings) -> int:
 
 
 def ends_in_time(server: Any) -> None:
-    """End the process END_SECONDS after the signal to end, even if work is unfinished. The next server resumes this work."""
+    """End the process END_SECONDS after the signal to end, even if work is unfinished. The next server resumes unfinished work."""
     graceful = server.handle_exit
 
     def handle_exit(number: int, frame: Any) -> None:

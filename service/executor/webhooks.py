@@ -31,8 +31,8 @@ SIGNATURE, IDENTITY = "Trunnion-Signature", "Trunnion-Delivery"
 
 
 def is_allowed(url: str, prefixes: tuple[str, ...]) -> bool:
-    """Whether an address is below one of the prefixes: it has the same scheme, host and port, and a path equal to or below the
-    prefix's path. Encoded characters are compared in decoded form, because a server may decode them."""
+    """Whether an address is below one of the prefixes. Such an address has the scheme, host and port of the prefix, and a path
+    equal to or below the prefix's path. Encoded characters are compared in decoded form, because a server may decode them."""
     try:
         asked = httpx.URL(url)
         there = _segments(asked)
@@ -67,7 +67,7 @@ def _segments(url: httpx.URL) -> list[bytes]:
 
 
 def signing_secret(settings: Settings) -> bytes:
-    """The secret in the settings; if there is none, a generated secret that is stored in the data folder."""
+    """The secret in the settings. Settings without a secret give a generated secret, which is stored in the data folder."""
     if settings.webhook_secret:
         return settings.webhook_secret.encode()
     file = Path(settings.data) / "webhook.secret"

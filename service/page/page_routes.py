@@ -63,7 +63,7 @@ def stage() -> Response:
 
 @router.get("/favicon.ico")
 def icon() -> Response:
-    """The icon for documents that do not name an icon, such as tables."""
+    """The icon. Browsers request this address for documents that name no icon, such as tables."""
     return file("icon.svg")
 
 

@@ -52,8 +52,8 @@ class FitRun(RequestModel):
 
 
 class FitCandidate(RequestModel):
-    """A friction law to compare, or a changed scene. Its parameters, bounds and priors are added to the parameters, bounds and
-    priors of the fit."""
+    """A friction law to compare, or a changed scene. The parameters, bounds and priors of the candidate are added to those of the
+    fit."""
 
     law: PlainText = Field("", description="Friction law of all joints with friction; default: the scene's.")
     parameters: list[Path] = Field(default_factory=list, max_length=MOST_PARAMETERS)
@@ -93,7 +93,7 @@ class Fit(RequestModel):
 
 
 def make_fit_request(f: Mapping[str, Any], rtol: float | None) -> FitRequest:
-    """The fit that the field ``fit`` of a request describes. rtol: tolerance of its runs; None for the default."""
+    """The fit that the field ``fit`` of a request describes. rtol: tolerance of the runs of the fit; None for the default."""
     curves = [{n: np.array(v, float) for n, v in r["curves"].items()} for r in f["runs"]]
     runs = [MeasuredRun(np.array(r["time"], float), c, r["overrides"], r["noise"], r["name"])
             for r, c in zip(f["runs"], curves, strict=True)]  # fmt: skip

@@ -70,8 +70,8 @@ class SceneSource(RequestModel):
 
 
 def with_settings(who: str) -> Any:
-    """The request model of a scene with the run settings that the endpoint ``who`` offers. The schema only states the bounds of the
-    settings; the checks that all interfaces share enforce these bounds."""
+    """The request model of a scene with the run settings that the endpoint ``who`` offers. The schema states the bounds of the
+    settings, but pydantic does not check them. The checks that all interfaces share enforce these bounds."""
     fields: dict[str, Any] = {}
     for s in offered(who):
         kind = PlainText if s.words else Annotated[float, WithJsonSchema(_schema(s.bound_at(who)))] | Text
@@ -194,7 +194,7 @@ def _varied_limit_problems(made: Plan, limits: Limits) -> list[Problem]:
 
 
 def _long_run_problems(end: str, until: float, spacing: str, rows: float, limits: Limits) -> list[Problem]:
-    """Problems for a too long time and too many rows of a case. end, spacing: places of the two numbers in the request."""
+    """Problems for a case with a too late end time or too many rows. end, spacing: places of the two numbers in the request."""
     problems = []
     if until > limits.duration:
         what = f"{until:g} s is longer than the {limits.duration:g} s allowed"
@@ -232,7 +232,7 @@ def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
 
 
 def study_of_document(document: dict[str, Any]) -> Study | None:
-    """The study in a stored document; None for a batch whose cases are all known."""
+    """The study in a stored document. None for a batch without a study."""
     wanted = study_request(current_settings(document))
     if wanted is None:
         return None
@@ -280,7 +280,7 @@ def document_of(request: JobRequest, made: Plan) -> dict[str, Any]:
 
 
 def current_document(document: dict[str, Any]) -> dict[str, Any]:
-    """A stored document with deprecated words replaced by the current words. The replacements are not reported."""
+    """A stored document with deprecated words replaced by the current words. The user gets no notes about these words."""
     with deprecation_notes():
         scene = copy_of(document["scene"])
         replace_deprecated(scene, {})

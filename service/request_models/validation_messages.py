@@ -1,4 +1,4 @@
-"""Problems of a request in the words of this program, in place of the messages of the library that validates requests."""
+"""Texts for the problems of a request. These texts replace the messages of pydantic, the library that validates requests."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HIDDEN = "no control characters and no characters that change the direction of w
 
 
 def problem_of(error: Mapping[str, Any]) -> Problem:
-    """The problem for an error of the library."""
+    """The problem that describes an error of pydantic."""
     what, hint = _words(error["type"], error.get("ctx") or {}, error.get("input"), str(error.get("msg", "")))
     return Problem(".".join(map(str, error["loc"]))[:300] or "body", what[:500], hint)
 

@@ -1,4 +1,4 @@
-"""Plans of jobs that are derived from a job: its failed cases again, or more cases of the same scene."""
+"""Plans of jobs that are derived from another job. Such a job runs the failed cases again, or more cases of the same scene."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _refuse_study(document: dict[str, Any]) -> None:
 
 
 def _new_cases(more: Cases, there: Cases) -> np.ndarray:
-    """The numbers of the cases in ``more`` that are not in ``there``. Both must vary the same paths."""
+    """The numbers of the cases in ``more`` that are not in ``there``. ``more`` and ``there`` must vary the same paths."""
     order = [more.paths.index(p) for p in there.paths]
     old = set(map(tuple, there.values(0, there.count).tolist()))
     values = more.values(0, more.count)[:, order].tolist()

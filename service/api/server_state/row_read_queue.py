@@ -18,14 +18,14 @@ T = TypeVar("T")
 
 
 class ReadTurns(FairQueue[int]):
-    """Turns of reading requests. Only for use in the event loop."""
+    """Gives turns to requests that read rows. Only for use in the event loop."""
 
     def __init__(self) -> None:
         super().__init__(range(READERS))
 
     async def run(self, who: str, work: Callable[[], T], begun: bool = False) -> T:
-        """Run ``work`` on a thread when it is the caller's turn. QueueFull when too many requests wait. begun: whether the
-        response has started; the request must then not be refused."""
+        """Run ``work`` on a thread when it is the caller's turn. QueueFull when too many requests wait. begun: whether the response
+        has already started. A request with a started response is never refused."""
         try:
             slot = await self.take(who, begun)
         except asyncio.CancelledError:

@@ -1,4 +1,4 @@
-"""The components of a server that request handlers use: settings, store, cluster, dispatcher, parts, metrics, caches and others."""
+"""The components of a server that request handlers use, such as settings, store, cluster, dispatcher, parts, metrics and caches."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ class JobContents:
 
 @dataclass
 class Turns:
-    """Long requests of one kind. there: number of waiting and running requests. busy: number of running requests. Only for use in
-    the event loop."""
+    """Counts of long requests of one kind. there: number of waiting and running requests. busy: number of running requests. Only
+    for use in the event loop."""
 
     there: int = 0
     busy: int = 0
@@ -92,7 +92,7 @@ class Service:
     reads: ReadTurns = field(default_factory=ReadTurns)
 
     async def database_state(self) -> str:
-        """The state of the database: "ok" or "unreachable". It is probed on a thread of its own, so that a high load of requests
+        """The state of the database: "ok" or "unreachable". A separate thread probes the database, so that a high load of requests
         cannot delay the probe."""
         try:
             await asyncio.wait_for(asyncio.get_running_loop().run_in_executor(self.pulse, self.store.ping), PROBE_SECONDS)
@@ -117,8 +117,8 @@ OURS = ("trunnion.db", "trunnion.db-wal", "trunnion.db-shm", "results", "scratch
 
 
 def close_data_folder(data: Path) -> None:
-    """Withdraw the rights of other accounts to the server's files in the data folder. A warning names the places that others may
-    still read, because they belong to another account or are the data folder itself, which may hold other files."""
+    """Withdraw the rights of other accounts to the server's files in the data folder. The data folder itself keeps its rights,
+    because it may hold other files. A warning names the files and folders that other accounts may still read."""
     left = []
     for path in (data / name for name in OURS):
         with suppress(FileNotFoundError):
@@ -135,7 +135,7 @@ def close_data_folder(data: Path) -> None:
 
 
 def make_data_folder(settings: Settings) -> None:
-    """Make the data folder, and close it to other accounts; SceneError when the folder is not writable."""
+    """Make the data folder, and close the server's files in it to other accounts. SceneError when the folder is not writable."""
     try:
         settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
         with tempfile.TemporaryFile(dir=settings.data):

@@ -45,7 +45,7 @@ LOCAL = Caller("local", "admin")
 
 def new_key(name: str, role: str) -> tuple[Key, str]:
     """A new key: the record to store, and the text of the key, which is shown once. The secret has 256 random bits and cannot be
-    guessed. Therefore it is safe to store a plain digest of the secret."""
+    guessed. Therefore the record may hold a plain digest of the secret."""
     identity, secret = secrets.token_hex(6), secrets.token_urlsafe(32)
     return Key(identity, name, role, _digest(secret), time.time(), None), f"tr_{identity}_{secret}"
 
@@ -72,7 +72,7 @@ def need(role: str) -> Callable[..., Awaitable[Caller]]:
         named: Annotated[str | None, Security(header)] = None,
     ) -> Caller:
         s: Service = request.app.state.service
-        cookie = request.cookies.get(COOKIE) if request.method == "GET" else None  # for the web page's links and images
+        cookie = request.cookies.get(COOKIE) if request.method == "GET" else None  # links and images send no headers
         address = request.client.host if request.client else "unknown"
         text = token.credentials if token else named or cookie
         found = LOCAL if s.settings.open else await run_in_threadpool(_find_caller, s, text, request.app.state.failures, address)
