@@ -63,7 +63,7 @@ from __future__ import annotations
 
 from importlib import import_module
 
-TYPE_CHECKING = False  # ``typing`` takes as long as Python's own start
+TYPE_CHECKING = False  # the import of ``typing`` takes as long as the start of Python
 if TYPE_CHECKING:
     from trunnion.analysis.fits.experiment_design import Experiment, RankedExperiment, propose
     from trunnion.analysis.fits.measurements import MeasuredRun

@@ -125,7 +125,7 @@ class Number:
 
     @property
     def order(self) -> Order | None:
-        """The order that ``not_below`` requires; None if ``not_below`` is empty."""
+        """The order of two numbers that ``not_below`` requires; None if ``not_below`` is empty."""
         return Order(self.not_below, self.name) if self.not_below else None
 
     @property

@@ -1,7 +1,7 @@
 """Operands of column expressions: values of bodies, joints, loads and the run.
 
-Both kernels provide every operand. ``kernel.units.column_operand_expressions`` provides expressions of the scene, and
-``parts.programs.column_operand_slots`` provides slots of the bytecode."""
+Both kernels provide every operand. The module ``kernel.units.column_operand_expressions`` gives each operand as an expression. The
+module ``parts.programs.column_operand_slots`` gives each operand as a slot of the bytecode."""
 
 from __future__ import annotations
 

@@ -126,7 +126,7 @@ def _friction_freedoms(_: int, j: Joint) -> Iterator[Subject]:
     a translation contains a number only if friction acts along several translations."""
     if not j.friction:
         return
-    bound = CONTACTS[j.friction.contact].bound  # outputs of the contacts include the force along these freedoms
+    bound = CONTACTS[j.friction.contact].bound  # the outputs of the contacts include the friction along these freedoms
     travels = [k for k in range(j.kind.nv) if k not in bound and not j.kind.turns(k)]
     for k in range(j.kind.nv):
         if k in bound:

@@ -1,5 +1,5 @@
-"""Build backend of the project: setuptools. Only a wheel with compiled libraries requires the C compiler and the symbolic library.
-An editable installation has no compiled libraries, and the two packages take 170 MB."""
+"""Build backend of the project, based on setuptools. Only a wheel with compiled libraries requires the packages of the C compiler
+and of the symbolic library, which take 170 MB. An editable installation has no compiled libraries."""
 
 from __future__ import annotations
 
