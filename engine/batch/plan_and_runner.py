@@ -179,10 +179,10 @@ class Runner:
         return sum(x.build_seconds for x in self.loops)
 
     def chunk(self, start: int, stop: int, tick: Callable[[int], bool] | None = None) -> pyarrow.Table:
-        """Table of the cases start … stop − 1. ``tick`` receives the number of finished cases. If ``tick`` returns False, Stopped
-        is raised.
+        """Table of the cases start … stop − 1. ``tick`` receives the number of finished cases. If ``tick`` returns False, raises
+        Stopped.
 
-        If rows are stored, ``rows`` holds their table afterwards.
+        If rows are stored, ``self.rows`` holds their table after the call.
         """
         values = self.plan.cases.values(start, stop)
         rows, wrong = self.preparer.rows(values)

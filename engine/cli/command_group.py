@@ -37,7 +37,7 @@ class CommandGroup(TyperGroup):
             formatter.write_dl([(n, " ".join(self.description(ctx, n).split())) for n in self.list_commands(ctx)])
 
     def description(self, ctx: Any, name: str) -> str:
-        """The help of a command or group. The command itself is not built, because this would take most of the time of
+        """The help of a command or group. The function does not build the command, because building would take most of the time of
         ``--help``."""
         full = self.prefix + name
         return GROUPS[full] if full in GROUPS else str(function_of(full).__doc__)

@@ -1,4 +1,5 @@
-"""URDF from a scene: bodies become links, joints keep their frames. Notes list every key of the scene that URDF cannot express."""
+"""Export of a scene as URDF. Bodies become links; joints keep their frames. Notes list every key of the scene that URDF cannot
+express."""
 
 from __future__ import annotations
 

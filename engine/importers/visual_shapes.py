@@ -1,4 +1,4 @@
-"""Shapes for drawing imported bodies: one simple shape if that shows the whole body, else a surface mesh."""
+"""Shapes for drawing imported bodies. A body has one simple shape if that shape shows the whole body, else a surface mesh."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ NEAR = 1e-6
 @dataclass(frozen=True)
 class Solid:
     """A solid with pose ``at`` in the body. ``kind`` determines ``sizes``, m: "box" (three edges), "cylinder" or "capsule"
-    (radius, length of the straight part along z), "sphere" (radius), "ellipsoid" (three radii). A "mesh" has ``corners``
-    (n×3×3), m, instead."""
+    (radius, length of the straight part along z), "sphere" (radius), "ellipsoid" (three radii). A "mesh" has no sizes, but
+    ``corners`` (n×3×3), m."""
 
     kind: str
     sizes: tuple[float, ...]
@@ -82,7 +82,8 @@ def drawn(solids: Sequence[Solid], center: np.ndarray) -> dict[str, Any]:
 
 
 def _shape(s: Solid, center: np.ndarray) -> dict[str, Any]:
-    """The scene key of a simple shape; empty if the solid is not centred on the mass centre or not parallel to the body's axes."""
+    """The scene key of a simple shape. The result is empty unless the solid is centred on the mass centre and parallel to the
+    body's axes."""
     turned = np.abs(s.at[:3, :3])
     size = max(s.sizes, default=0.0)
     if s.kind not in ("box", "cylinder", "sphere") or np.abs(s.at[:3, 3] - center).max() > NEAR * size:

@@ -1,5 +1,5 @@
-"""XML reader that records file and line of each element. The reader is safe against malicious files: it refuses document type
-definitions, and therefore entities, and limits the numbers of bytes, elements and levels."""
+"""XML reader that records file and line of each element. The reader is safe against malicious files. It refuses document type
+definitions, so that a file has no entities. It limits the numbers of bytes, elements and levels."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Element:
 
     @property
     def title(self) -> str:
-        """The element in messages: its name, or its tag and line."""
+        """The text that names the element in messages: its name, or its tag and line."""
         return self.get("name") or f"{self.tag} at line {self.line}"
 
     def inside(self) -> Iterator[Element]:
@@ -130,7 +130,7 @@ def existing(file: str | Path) -> Path:
 
 
 def is_file(path: Path) -> bool:
-    """Whether the file exists; False for an invalid name too."""
+    """Whether the file exists. False also for an invalid name."""
     try:
         return path.is_file()
     except (OSError, ValueError):

@@ -36,7 +36,7 @@ class LaneBatch:
     def run(self, n: int, tick: Tick | None) -> tuple[np.ndarray, bool]:
         """Run the n cases of the loop's batch. Returns (``Ended`` of each case (n), whether the tick returned False).
 
-        All exceptions of the tick except Unwanted are passed on.
+        Raises all exceptions of the tick, except Unwanted.
         """
         ended = np.zeros(n, np.intc)
         for b in self.batches:

@@ -57,8 +57,8 @@ def command(
 
 
 def measure(scene: SceneData, arguments: dict[str, Any], place: str, as_json: bool) -> int:
-    """Measure, write the files to the folder ``place``, print the results; returns the exit code. arguments: fields of
-    ``WorkPrecisionRequest``."""
+    """Measure errors and times, write the files to the folder ``place``, and print the results. Returns the exit code. arguments:
+    fields of ``WorkPrecisionRequest``."""
     from trunnion.analysis.work_precision.benchmark_study import measure_work_precision
     from trunnion.analysis.work_precision.html_page import page_data
     from trunnion.analysis.work_precision.machine_description import pin_to_one_core
@@ -76,7 +76,7 @@ def measure(scene: SceneData, arguments: dict[str, Any], place: str, as_json: bo
 
 
 def read_folder(folder: str | None, reader: ArgumentReader) -> str:
-    """The folder of ``-o``; mistakes go to ``reader``."""
+    """The folder that ``-o`` names. Mistakes are added to ``reader``."""
     if folder is None:
         reader.add("-o", "no folder for the files is given", "for example -o charts")
     elif is_pattern(folder):
@@ -85,7 +85,7 @@ def read_folder(folder: str | None, reader: ArgumentReader) -> str:
 
 
 def speeds(texts: Sequence[str], reader: ArgumentReader) -> tuple[float, ...]:
-    """Positive speeds, m/s; mistakes go to ``reader``."""
+    """The positive speeds, m/s, of an option. Mistakes are added to ``reader``."""
     values = [(text, reader.quantity(text, "m/s", "--v-eps")) for text in texts]
     for text, value in values:
         if value is not None and value <= 0:

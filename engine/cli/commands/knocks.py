@@ -49,7 +49,7 @@ def command(
 
 
 def clearances_by_joint(texts: Sequence[str], reader: ArgumentReader) -> dict[str, float] | float:
-    """The clearance of all joints, or the clearance of each joint by name, m; mistakes go to ``reader``."""
+    """The clearance of all joints, m, or the clearances by joint. Mistakes are added to ``reader``."""
     pairs = [text.rpartition("=") for text in texts]
     read = {name.strip(): reader.quantity(value.strip(), "m", "--clearance") or 0.0 for name, _, value in pairs}
     if not read or ("" in read and len(texts) > 1):

@@ -54,7 +54,7 @@ def command(
 
 
 def constraints(texts: Sequence[str], reader: ArgumentReader) -> dict[str, tuple[str | None, str | None]]:
-    """{result: (low, high)} of KIND:WHAT=LOW:HIGH words; None for an empty end."""
+    """{result: (low, high)} from words KIND:WHAT=LOW:HIGH. An empty end becomes None."""
     out: dict[str, tuple[str | None, str | None]] = {}
     for text in texts:
         name, _, ends = (part.strip() for part in text.rpartition("="))

@@ -118,7 +118,7 @@ def _spring(model: Model, e: Element, said: Attributes, f: MjcfJoint, angle: Any
 
 
 def _coefficient(model: Model, e: Element, said: Attributes, key: str) -> float:
-    """The number of an attribute. A polynomial is accepted if its higher coefficients are zero."""
+    """The number that an attribute gives. A polynomial is accepted if its higher coefficients are zero."""
     found = model.found.numbers(e, key, said[key], (1, 2, 3)) if key in said else None
     if found and any(found[1:]):
         model.found.add(e, e.get("name") or e.tag, f"{key} is a polynomial: {said[key]}", "scenes support only a single number")

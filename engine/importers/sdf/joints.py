@@ -38,7 +38,7 @@ def crossed(first: Pose, second: Pose) -> Pose:
 
 
 def pitch_of(found: Findings, joint: Element) -> dict[str, Any]:
-    """The scene key for the pitch of a screw (travel per turn, m); empty for other joints."""
+    """The scene key for the pitch of a screw (travel per turn, m). The result is empty for other joints."""
     if joint.get("type") != "screw":
         return {}
     if joint.first("screw_thread_pitch") is not None:

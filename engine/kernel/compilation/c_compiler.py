@@ -1,7 +1,8 @@
-"""The C compiler, from the pip package ``ziglang``. No other compiler is needed. Because this one fails without a home directory,
-its caches are redirected: a shared cache of constant size for system libraries, and for each build a cache that is deleted
-afterwards. Libraries for this machine are linked without start files, whose first build would take seconds. Debug tables are off,
-because they take a quarter of the time and four fifths of the size. Fast-math is never used, because tests for NaN must work."""
+"""The C compiler, from the pip package ``ziglang``. No other compiler is needed. This compiler fails without a home directory, so
+its caches are redirected. Builds share one cache of constant size for system libraries. Each build also has a cache that is deleted
+after the build. Libraries for this machine are linked without start files, because the first build of these files would take
+seconds. Debug tables are off, because they take a quarter of the time and four fifths of the size. Fast-math is never used, because
+tests for NaN must work."""
 
 from __future__ import annotations
 
@@ -147,7 +148,7 @@ def version_of(package: str) -> str:
     found = _installed(tuple(sys.path)).get(package.lower().replace("-", "_"), [])
     if len(found) == 1:
         return found[0]
-    from importlib.metadata import PackageNotFoundError, distribution  # imported here, because it takes 7 % of a start
+    from importlib.metadata import PackageNotFoundError, distribution  # imported here, because the import takes 7 % of a start
 
     try:
         return distribution(package).version
@@ -157,7 +158,7 @@ def version_of(package: str) -> str:
 
 @lru_cache(maxsize=4)
 def _installed(folders: tuple[str, ...]) -> dict[str, list[str]]:
-    """Versions of each installed package, from the names of the folders that describe packages."""
+    """Versions of each installed package, from the names of the folders ``*.dist-info``."""
     out: dict[str, list[str]] = {}
     for folder in folders:
         with suppress(OSError):
@@ -179,7 +180,7 @@ def library_suffix() -> str:
 
 
 def toolchain(machine: Machine | None = None) -> tuple[str, ...]:
-    """Everything that determines compiled code for a machine (by default this machine), except a library's own sources."""
+    """Everything that determines compiled code for a machine (by default this machine), except the sources of a library."""
     chosen = machine or host()
     added = (file.read_text() for file in ADDED_SOURCES.get(chosen.system, ()))
     return (compiler_version(), chosen.target, chosen.cpu, *FLAGS, *added)
@@ -191,14 +192,14 @@ def shared_cache(cache: Path) -> Path:
 
 
 def run(arguments: Sequence[str], cache: Path) -> None:
-    """Run ``zig cc`` with these caches. After a failure, the build is repeated without the shared cache, which may have been
-    pruned. A second failure raises CompilerError with the compiler's output."""
+    """Run ``zig cc`` with caches in the folder ``cache``. After a failure, the compiler runs again without the shared cache,
+    because another process may have pruned that cache. A second failure raises CompilerError with the compiler's output."""
     log.debug("compile: %s", " ".join(arguments))
     shared = shared_cache(cache)
     with tempfile.TemporaryDirectory(prefix=".compile-", dir=cache, ignore_cleanup_errors=True) as own:
         shared.mkdir(exist_ok=True)
         with suppress(OSError):
-            os.utime(shared)  # pruning removes the least recently used entries and shared caches
+            os.utime(shared)  # marks the cache as recently used, so that pruning keeps it
         code, complaint = _zig(arguments, shared, Path(own))
         if code:
             code, complaint = _zig(arguments, Path(own), Path(own))
@@ -251,7 +252,7 @@ def unit_flags(unit: str, text: str) -> tuple[str, ...]:
 
 
 def optimised_flags(unit: str, text: str) -> tuple[str, ...]:
-    """Additional flags for a unit that is shipped. These flags do not depend on the environment."""
+    """Additional flags for a unit in an optimised build. These flags do not depend on the environment."""
     straight = STRAIGHT if unit in LONG_TEXT and len(text) > LONG_TEXT[unit] else ()
     return straight + (AS_WRITTEN if unit in ROWS else ())
 
@@ -274,15 +275,15 @@ def build_library(
     link = [f"-Wl,-install_name,@rpath/{library.name}"] if made_for.system == "macos" else SYSTEM_LIBRARIES.get(made_for.system, ())
     options = [*made_for.flags(), *FLAGS, *extra]
     folders = [f"-I{p}" for p in include]
-    if made_for.system == "windows":  # without the system's start files, the compiler does not find the system's headers
+    if made_for.system == "windows":  # without the start files of Windows, the compiler does not find the headers of Windows
         everything = (*sources, *ADDED_SOURCES["windows"])
         sources = [_object(source, library.parent, options + folders, cache) for source in everything]
-        options.append("-s")  # strip symbols, whose path of the build folder would make two builds differ
+        options.append("-s")  # strip symbols: they contain the path of the build folder
     run([*options, "-shared", *map(str, sources), *folders, "-o", str(library), *link], cache)
 
 
 def _object(source: Path, folder: Path, options: Sequence[str], cache: Path) -> Path:
-    """The object file of a source, compiled into a folder; a source that is an object file is returned unchanged."""
+    """The object file of a source, compiled into a folder. A source that is an object file is returned unchanged."""
     made = source if source.suffix == ".o" else folder / f"{source.stem}.o"
     if made != source:
         run([*options, "-c", str(source), "-o", str(made)], cache)

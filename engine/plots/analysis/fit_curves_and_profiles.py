@@ -1,4 +1,4 @@
-"""Pictures of fits: measured and model curves with misfits, profiles of the parameters, their correlation."""
+"""Pictures of fits: measured curves and model curves with misfits, profiles of the parameters, and correlations."""
 
 from __future__ import annotations
 
@@ -57,9 +57,10 @@ class Profile:
 def draw_fit(
     curves: Sequence[Compare], profiles: Sequence[Profile], names: Sequence[str], correlation: np.ndarray, rise: float, level: float
 ) -> Figure:
-    """Curves with their misfits, profiles with the threshold ``rise`` of the given level, and the correlation of the parameters.
+    """Draw curves with their misfits, profiles with the threshold ``rise`` of the given level, and the correlation of the
+    parameters.
 
-    correlation: m × m; drawn only if there are several parameters.
+    correlation: m × m. It is drawn only if there are several parameters.
     """
     from matplotlib.figure import Figure
 

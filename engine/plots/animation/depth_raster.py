@@ -84,7 +84,7 @@ class Sheet:
             self.lines(corners[np.concatenate([s.creases, rim])], DARK * color)
 
     def triangles(self, corners: np.ndarray, colors: np.ndarray) -> None:
-        """Fill triangles (n × 3 × 3, pixels), each with its colour (n × 3), where nothing is nearer to the viewer."""
+        """Fill triangles (n × 3 × 3, pixels) with their colours (n × 3), except where something else is nearer to the viewer."""
         p, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
         keep = np.abs(area) > 1e-9
@@ -105,7 +105,7 @@ class Sheet:
             self.shade[rows, columns][seen] = colors[i]
 
     def lines(self, ends: np.ndarray, color: np.ndarray, wide: int = 2, nearer: float = NEARER) -> None:
-        """Draw lines (n × 2 × 3, pixels) in one colour, where nothing is nearer to the viewer."""
+        """Draw lines (n × 2 × 3, pixels) in one colour, except where something else is nearer to the viewer."""
         if not len(ends):
             return
         extent = np.abs(ends[:, 1, :2] - ends[:, 0, :2]).max(axis=1)
@@ -126,8 +126,8 @@ class Sheet:
 
 
 def over(below: Sheet, above: Sheet, hidden: float) -> np.ndarray:
-    """The colours of two sheets in one picture: each pixel has the colour of the sheet that is nearer. Where ``above`` is behind
-    ``below``, ``above`` shows through with the opacity ``hidden``."""
+    """The colours of two sheets in one picture. Each pixel has the colour of the nearer sheet. Where ``above`` is behind ``below``,
+    ``above`` shows through with the opacity ``hidden``."""
     picture, there = below.shade.copy(), np.isfinite(above.depth)
     front = there & (above.depth >= below.depth)
     picture[front] = above.shade[front]
@@ -137,6 +137,6 @@ def over(below: Sheet, above: Sheet, hidden: float) -> np.ndarray:
 
 
 def halved(picture: np.ndarray) -> np.ndarray:
-    """A picture at half its size, as bytes: each pixel is the mean of four. Height and width of the picture must be even."""
+    """A picture at half its size, as bytes. Each pixel is the mean of four pixels. Height and width of the picture must be even."""
     total = picture[0::2, 0::2] + picture[0::2, 1::2] + picture[1::2, 0::2] + picture[1::2, 1::2]
     return np.asarray((255 / 4 * total + 0.5).astype(np.uint8))

@@ -36,9 +36,10 @@ def pace(result: Result) -> tuple[np.ndarray, float]:
 
 
 def film(result: Result, path: Path, tell: Tell | None = None) -> None:
-    """Write a film in the format of the suffix. tell: called with (time of the frame, last time), s, after each frame.
+    """Write a film in the format of the suffix. tell: function that is called with (time of the frame, last time), s, after each
+    frame.
 
-    For MP4 without PyAV: SceneError with the command that installs PyAV.
+    SceneError for MP4 without PyAV, with the command that installs PyAV.
     """
     write = _mp4 if path.suffix.lower() == ".mp4" else _pillow
     write(path, _pictures(Frames(result), *pace(result), tell))

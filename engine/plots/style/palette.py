@@ -31,7 +31,7 @@ def dash(i: int) -> object:
 
 
 def hex_color(color: str) -> str:
-    """#rrggbb of a colour's name; of the first colour of bodies if there is no such name."""
+    """The text #rrggbb for a colour's name. An unknown name gives the first colour of bodies."""
     if color.startswith("#") and len(color) == 7:
         return color
     from matplotlib.colors import to_hex

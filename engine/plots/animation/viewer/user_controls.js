@@ -1,4 +1,4 @@
-// The controls: pointer, keys, buttons, options in the address; and the start of the page.
+// The controls of the page: pointer, keys, buttons and options in the address. This file also starts the page.
 "use strict";
 
 const pointers = new Map();
@@ -168,11 +168,11 @@ function describe() {
 
 const HELD = ["up", "center", "arrow", "force", "pressure", "extent", "floor", "grid", "size", "view", "follow", "speeds", "speed", "rails"];
 
-// Shows another run, at the same time and from the same view. held: the scales and the fit into the window stay, too, because the user
-// drags a number of the scene.
+// Shows another run, at the same time and from the same view. held: whether the scales and the fit into the window stay, too. They
+// stay while the user drags a number of the scene.
 function load(data, held = false) {
   const old = run, first = last === 0, alike = shapeOf(data) === shape;
-  if (alike) for (const key of ["meshes", "parts", "joints"]) data[key] = old[key]; // the buffers belong to these objects
+  if (alike) for (const key of ["meshes", "parts", "joints"]) data[key] = old[key]; // the buffers belong to the old objects
   if (held) for (const key of HELD) data[key] = old[key];
   take(data);
   traced = hover = null;
@@ -187,7 +187,7 @@ function load(data, held = false) {
   render();
 }
 
-// Outlines the bodies of another run of the mechanism at the same times; null: no other run.
+// Draws the outlines of the bodies of another run of the mechanism, at the same times. null removes the outlines.
 function beside(data) {
   other = data && [data, ...read(data), data.width, 0];
   if (other) other[4] = other[1].length - 1;
