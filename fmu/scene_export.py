@@ -47,7 +47,7 @@ EVERYTHING = ("*",)
 WHOLE = ("gravity*", "bodies.*", "forces.*")
 """Patterns of vectors. With ``whole_vectors``, all components of these vectors are parameters, including components that are 0."""
 Progress = Callable[[str, int, int], None]
-"""A callback with the arguments: text of the present work, number of finished parts, number of all parts."""
+"""A callback. Its arguments are the text of the present work, the number of finished parts, and the number of all parts."""
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from trunnion.basics.optional_packages import remedy, there
 
 PARQUET = ".parquet"
 WRITERS = {PARQUET: ("pyarrow", "tables"), ".mp4": ("av", "video")}
-"""Suffixes that need an optional package: the package, and the extra that installs it."""
+"""{suffix: (optional package that writes such files, extra that installs the package)}."""
 
 
 def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], where: str) -> list[Problem]:

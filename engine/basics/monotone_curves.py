@@ -8,7 +8,7 @@ from itertools import pairwise
 from trunnion.basics.lazy_casadi import SX, ca
 
 KNOTS = 12
-"""Largest number of points of a curve. Curves with fewer points repeat the last one, so that all curves have the same
+"""Largest number of points of a curve. Curves with fewer points repeat the last point, so that all curves have the same
 expression."""
 
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable
 from fnmatch import translate
 
 MOST_WILD = 1000
-"""Largest number of patterns with wild cards in one list; limited, because each is compared with every name. The number of plain
-names is unlimited."""
+"""Largest number of patterns with wild cards in one list. The number is limited because each pattern is compared with every name.
+The number of plain names is unlimited."""
 
 
 def is_wild(pattern: str) -> bool:

@@ -12,7 +12,7 @@ from trunnion.basics.lazy_data_classes import dataclass
 _NAME = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
 ZERO_BELOW = 1e-100
 """Values of smaller magnitude are printed and written as 0. (To avoid a division by zero, the norm of a zero vector is computed as
-sqrt(1e-300) = 1e-150; files show it as 0.)"""
+sqrt(1e-300) = 1e-150. Files show this norm as 0.)"""
 
 
 @dataclass(frozen=True)

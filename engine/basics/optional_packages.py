@@ -13,7 +13,7 @@ from trunnion.basics.errors import Problem
 
 PROJECT = "trunnion"
 LAST = ("test", "bench")
-"""Extras for development. A message names such an extra only if no other one installs the package."""
+"""Extras for development. A message names such an extra only if no other extra installs the package."""
 REQUIREMENT = re.compile(r"^([\w.-]+).*;.*\bextra\s*==\s*['\"]([\w-]+)['\"]")
 
 

@@ -12,7 +12,8 @@ from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.number_declarations import ANY, NOT_NEGATIVE, POSITIVE, Bound
 
 RTOL = Bound(1e-14, 0.1, advice="1e-6 is a good start")
-"""Allowed relative tolerances. Below 1e-14, the error estimate of a step is round-off; above 0.1, results are meaningless."""
+"""Allowed relative tolerances. Below 1e-14, the error estimate of a step is only rounding error. Above 0.1, results are
+meaningless."""
 STUDIES = ("trunnion sweep", "trunnion optimise", "trunnion refine")
 SWEEPS = (*STUDIES, "trunnion.sweep", "POST /v1/jobs")
 DERIVATIVES = ("trunnion sensitivity", "trunnion.sensitivity", "POST /v1/sensitivities")

@@ -25,7 +25,7 @@ FIRST_CHUNK, LARGEST_CHUNK = 16, 20_000
 LOOK_SECONDS = 0.1
 """Interval at which the main thread checks for Ctrl-C, s."""
 SweepProgress = Callable[[int, int], None]
-"""progress(number of finished cases, number of all cases), called a few times a second."""
+"""A function that is called a few times a second with (number of finished cases, number of all cases)."""
 
 
 @with_setting_docs("trunnion.sweep")

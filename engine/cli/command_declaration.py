@@ -19,7 +19,7 @@ from trunnion.cli.options import completion
 from trunnion.cli.options.option_declarations import SettingWords, repeatable
 
 OPEN = {"ignore_unknown_options": True, "allow_extra_args": True}
-"""Context settings with which click passes unknown words to the command. The command reports them together with all other
+"""Context settings with which click passes unknown words to the command. The command reports unknown words together with all other
 problems."""
 VERBOSE = typer.Option("-v", "--verbose", help="Print the log to standard error, with the details of internal errors.")
 

@@ -97,4 +97,4 @@ def top(
 
 
 COMMAND: Any = typer.main.get_command(app)
-"""``trunnion`` as a click command."""
+"""The command ``trunnion`` as an object of click."""

@@ -15,7 +15,7 @@ from trunnion.cli.command_registry import extra_of_command
 from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED, error_lines, failure_end, problems_end
 
 INTERRUPTED = 130
-"""Value that newer versions of typer return after Ctrl-C; older versions raise Abort."""
+"""Value that newer versions of typer return after Ctrl-C. Older versions raise Abort."""
 USAGE_ERROR: type[Exception] = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")  # type: ignore[assignment]
 """Exception that typer raises for invalid arguments (typer's own copy of click's class, or click's class)."""
 

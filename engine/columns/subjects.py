@@ -17,7 +17,7 @@ DEVICES = {
     "spring": "spring", "damping": "damper", "nonlinear": "nonlinear", "stop": "end_stop", "effort": "effort", "motor": "motor",
     "latch": "latch",
 }  # fmt: skip
-"""For each device of a freedom: the field of the device, and the word in column names."""
+"""{field of a device of a freedom: word in column names}."""
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,10 @@ from trunnion.importers.xml_reader import existing
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 OVERLAP = 1e-6
-"""× the mass: a smaller difference between the union and its parts is round-off of single precision in STL files."""
+"""Factor on the mass. A smaller difference between the union and its parts is only rounding error of single precision in STL
+files."""
 PLACES = 12
-"""Number of significant digits in the result; further digits are round-off."""
+"""Number of significant digits in the result. Further digits are rounding errors."""
 
 
 def body_of_mesh(file: str | Path, density: float, unit: str = "mm", notes: list[str] | None = None) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from trunnion.importers.xml_reader import is_file
 LARGEST = 200_000_000
 """Largest size of a mesh file in bytes."""
 ABOVE = 4
-"""Number of parent folders of a robot file that are searched for the package that the file names."""
+"""Number of parent folders of a robot file in which a named package is searched."""
 STL = np.dtype([("normal", "<f4", 3), ("points", "<f4", (3, 3)), ("more", "<u2")])
 
 

@@ -16,7 +16,7 @@ from trunnion.scene.queries.packed_surfaces import packed
 AROUND = 20
 """Number of sides of the polygon that replaces a circle."""
 FACES = 800
-"""Largest number of triangles in a body's surface; a finer surface is coarsened."""
+"""Largest number of triangles in a body's surface. A finer surface is coarsened."""
 FINEST = 96
 """Number of cells along the longest side of the finest grid. Points in one cell are merged. If too many triangles remain, a coarser
 grid is used."""

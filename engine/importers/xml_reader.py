@@ -16,7 +16,7 @@ LARGEST = 20_000_000
 MOST = 400_000
 """Largest number of elements in a file."""
 HUGE = 1e30
-"""Largest magnitude of a number; the limit keeps products finite."""
+"""Largest magnitude of a number. The limit keeps products finite."""
 DEEPEST = 300
 """Largest nesting depth of elements."""
 

@@ -33,15 +33,15 @@ ENGINE = Path(__file__).resolve().parent.parent
 RUNTIME = ENGINE / "runtime"
 SHAPING = ("columns", "elements", "kernel", "recursion", "runtime", "system")
 GUARDED = "host_"
-"""Prefix of the runtime's functions that Python calls. Each sets the floating-point environment, and restores the host's
-environment at its end."""
+"""Prefix of the runtime's functions that Python calls. Each function sets the floating-point environment at its start, and restores
+the environment of Python at its end."""
 UNITS = {"kernel": "trunnion_kernel", "outputs": "trunnion_outputs", "jacobian": "trunnion_jacobian", "linear": "trunnion_linear",
          "lanes": "trunnion_lanes"}
 MOST_FRICTIONS = 12
-"""Largest number of friction multipliers with which lanes are used. With more of them, lanes would need large maps."""
+"""Largest number of friction multipliers with which cases step in lanes. With more multipliers, lanes would need large maps."""
 MOST_TEXT, MOST_MAPS = 60_000, 1_000
-"""Largest sizes with which lanes compute rows: of the text of the unit of columns (characters), and of the maps (doubles). The unit
-is compiled a second time for lanes, and each case has the data of rows on its stack."""
+"""Largest sizes with which lanes compute rows. MOST_TEXT: characters of the output unit's text. MOST_MAPS: doubles in the maps. The
+output unit is compiled a second time for lanes, and each case has the data of rows on its stack."""
 
 
 @lru_cache(maxsize=1)

@@ -31,7 +31,7 @@ __all__ = [
 ]
 
 IMPORTED = ("numpy", "platformdirs", "pydantic")
-"""Dependencies that the code imports while it builds the libraries. Kinds of signals declare their keys with pydantic."""
+"""Packages that the build of the libraries imports. (Pydantic is needed because kinds of signals declare their keys with it.)"""
 
 
 def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:

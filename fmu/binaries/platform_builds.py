@@ -57,9 +57,9 @@ NAMES = {
         "aarch64-windows": "aarch64-windows",
     },
 }
-"""For each standard: the name of each platform's folder."""
+"""{standard: {platform: name of its folder}}."""
 ALONE = {"2.0": "aarch64-linux"}
-"""For a standard: the platform that shares the folder of another platform. An FMU contains only one of the two."""
+"""{standard: platform that shares the folder of another platform}. An FMU contains only one of these two platforms."""
 INSIDE = "fmu_"
 """Prefix of the model's functions in ``native/standards``."""
 ENTRIES = {
@@ -67,7 +67,7 @@ ENTRIES = {
     "3.0": ("fmi3Functions.h", "fmi3FunctionTypes.h"),
     "library": ("mechanism.h", "mechanism.h.txt"),
 }
-"""By kind of export: the header with the functions, and the file that lists their types."""
+"""{kind of export: (header with the functions, file that lists their types)}."""
 SHELL_NAMES = {"2.0": "FMU_FMI2", "3.0": "FMU_FMI3", "library": "FMU_ALONE"}
 """The macro that is defined when ``native/translation_unit.c`` is compiled. The key is the kind of export: an FMI version, or a
 plain C library."""

@@ -26,7 +26,7 @@ TARGET = ("-target", "wasm32-wasi", "-mexec-model=reactor")
 FLAGS = ("-std=c99", "-O2", "-fno-sanitize=all", "-g0", "-s", "-w")
 FUNCTIONS = ("init", "set", "get", "start", "step", "time", "why")
 ALL = ("*",)
-"""Output columns of the page: all, because drawing needs the poses of all bodies."""
+"""The page has all output columns, because drawing needs the poses of all bodies."""
 DIGITS = 6
 SETTINGS = "solver."
 

@@ -24,7 +24,7 @@ FIELDS = {
     "MODEL->kernel->nq": "TR_MAX_NQ", "MODEL->kernel->nv": "TR_MAX_NV", "MODEL->inputs": "TR_MAX_NINPUTS",
     "MODEL->outputs": "TR_MAX_NOUT", "MODEL->columns->nout": "TR_MAX_NOUT",
 }  # fmt: skip
-"""Upper bounds of struct fields. A field of a friction problem (``c``, ``q``) has the bound of the quantity that the field
+"""Upper bounds of struct fields. In a friction problem (``c``, ``q``), a field has the bound of the quantity that the field
 counts."""
 
 PAIRS, MULTIPLIERS = {"n": "TR_MAX_NSLIDERS"}, {"n": "TR_MAX_NETA"}

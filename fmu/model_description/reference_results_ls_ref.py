@@ -24,7 +24,8 @@ ABOUT = "Layered Standard providing information on related files included in an 
 REFERENCE, ALLOWED, EXPERIMENT, VALUES = "reference.csv", "allowed_differences.csv", "reference.exp", "parameters.ssv"
 EXPERIMENTS = "application/x-ma-hs-experiments"
 ROUND_OFF = 1e-9
-"""Least allowed difference, relative to the largest value of a column: FMUs and the engine round differently."""
+"""Least allowed difference, relative to the largest value of a column. The limit is needed because FMUs and the engine round
+differently."""
 GUIDE = """reference.csv contains outputs of this FMU from t = 0 to {until:.9g} s, one row every {every:g} s. The engine of Trunnion
 computed them with the relative tolerance {rtol:g}, with all inputs at their start values. Accuracy of this run: {errors}. {end}
 Outputs without a stated error are omitted. Components of an array have the names array[1], array[2], ...

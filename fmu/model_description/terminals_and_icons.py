@@ -18,9 +18,10 @@ TURNS, SLIDES, SENSES = "rotational", "translational", "joint"
 drives or loads a joint with one degree of freedom. SENSES: inputs and outputs of any other joint."""
 FLANGE = "Modelica.Mechanics.{}.Interfaces.Flange_a"
 KINDS = {TURNS: FLANGE.format("Rotational"), SLIDES: FLANGE.format("Translational"), SENSES: "_trunnion_joint"}
-"""``terminalKind`` by kind of terminal. By FMI 3.0, the name of a kind that only one tool has begins with ``_`` and the tool."""
+"""``terminalKind`` by kind of terminal. FMI 3.0 requires that the name of a tool's own kind begins with ``_`` and the name of the
+tool."""
 MEMBERS = {TURNS: ("phi", "tau"), SLIDES: ("s", "f")}
-"""The members of the flanges of the Modelica library: motion, and effort on the component."""
+"""{kind: (motion, effort on the component)}: names of the members, as in the flanges of the Modelica library."""
 SIGNAL, INFLOW = "signal", "inflow"
 EDGE, HALF = 100.0, 8.0
 """EDGE: half the side of the FMU's icon. HALF: half the side of a terminal's icon."""

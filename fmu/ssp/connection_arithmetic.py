@@ -11,7 +11,7 @@ from trunnion.fmu.ssp.system_yaml import Connection, System
 from trunnion.fmu.variables.input_sums import Source, source_name
 
 Units = Mapping[str, tuple[str, Mapping[str, str]]]
-"""By output of a component: its unit, and the attributes of its base unit."""
+"""{output of a component: (unit, attributes of the unit's base unit)}."""
 
 
 def computed_by_components(

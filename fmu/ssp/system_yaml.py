@@ -21,11 +21,11 @@ LISTS = {
     "connections": ("connect", "motor.shaft.torque[1] -> crank.drive"),
     "mappings": ("map", "friction -> crank.joints.guide.friction.mu"),
 }
-"""By key of a list of links: the key of a link that has a factor or an offset, and an example."""
+"""{key of a list of links: (key for the text of a link with a factor or an offset, example)}."""
 SCALES = ("factor", "offset")
 OF_A_COMPONENT = ("scene", "fmu", "set", "outputs", "parameters")
 OF_THE_RUN = {"until": (1.0, "2 s"), "step": (0.01, "1 ms")}
-"""By key of ``simulation``: the default, s, and an example."""
+"""{key of ``simulation``: (default in s, example)}."""
 ARROW = "->"
 NAMES = "names are letters, digits and _"
 

@@ -19,7 +19,7 @@ SPACE = 3
 of scalars."""
 COUNTS = ("events.count", "solver.max_steps", "solver.events", "solver.evaluations", "solver.iterations", "realtime.overruns")
 FLAGS = ("events.last.marginal",)
-"""COUNTS: integers that are numbers of things. FLAGS: integers that are Boolean. Other integers are identifiers."""
+"""COUNTS: integers that are numbers of things. FLAGS: integers that mean true or false. Other integers are identifiers."""
 
 
 @dataclass(frozen=True)

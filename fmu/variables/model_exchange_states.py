@@ -14,7 +14,7 @@ from trunnion.simulation.runtime_interface.friction_pair_and_stop_names import s
 from trunnion.system.structure.bodies_and_joints import System, state_coordinates
 
 KINDS = {"cs": 1, "me": 2, "both": 3}
-"""By type of FMU: the bits FMU_COSIMULATION and FMU_EXCHANGE of ``model_and_instance.h``."""
+"""{type of FMU: bits FMU_COSIMULATION and FMU_EXCHANGE of ``model_and_instance.h``}."""
 NOMINAL = 0.1
 """Nominal values of states relative to the scales of the scene (``tr_nominal``)."""
 UNITS = {"angle": "rad", "length": "m", "quaternion": "1"}

@@ -13,8 +13,8 @@ from trunnion.kernel.interface.output_columns import Column
 from trunnion.simulation.run import Model
 
 MOST = 250_000
-"""Largest number of declared dependencies of outputs on parameters. An FMU that would have more declares only the dependencies on
-inputs, so that the description stays small."""
+"""Largest number of declared dependencies of outputs on parameters. An FMU with more such dependencies declares only the
+dependencies on inputs, so that the description stays small."""
 
 
 class ColumnDependence(NamedTuple):

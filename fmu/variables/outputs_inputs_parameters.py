@@ -39,7 +39,7 @@ TUNABLE_SECTIONS = ("friction", "forces", "gravity")
 TUNABLE_OF_JOINTS = ("friction", "spring", "damping", "effort", "motor")
 TUNABLE_OF_END_STOPS = ("stiffness", "damping")
 """Path keys of numbers that may change during the run, because no stored state depends on them. Masses, lengths, drives and stop
-positions are fixed: a change during the run would create momentum or open a loop."""
+positions are fixed, because a change during the run would create momentum or open a loop."""
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ ENUMERATIONS: dict[str, dict[int, tuple[str, str]]] = {
         2: ("counts", "the host's tolerance is used"),
     },
 }
-"""By enumeration and value: the name of the value and its meaning."""
+"""{enumeration: {value: (name of the value, meaning)}}."""
 QUANTITIES = {
     "m": "Length", "m/s": "Velocity", "m/s^2": "Acceleration", "rad": "Angle", "rad/s": "AngularVelocity",
     "rad/s^2": "AngularAcceleration", "N": "Force", "N*m": "Torque", "J": "Energy", "W": "Power", "kg": "Mass",

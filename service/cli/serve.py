@@ -24,10 +24,10 @@ from trunnion.basics.renamed_words import SETTINGS, current
 from trunnion.service.basics.server_settings import KEEP_PERIOD, Limits, Settings
 
 GRACE_SECONDS, END_SECONDS = 2, 4.0
-"""Limits of time, s, after the signal to end: for requests in progress, and until the process ends."""
+"""Limits of time, s, after the signal to end. GRACE_SECONDS: for requests in progress. END_SECONDS: until the process ends."""
 KEEP_ALIVE_SECONDS = 75
-"""Time for which an idle connection stays open, s. The time is longer than that of clients (httpx 5 s, nginx 60 s), so that the
-client closes the connection first. If the server closed first, a request sent at the same moment would fail."""
+"""Time for which an idle connection stays open, s. Clients have a shorter time (httpx 5 s, nginx 60 s), so that the client closes
+the connection first. If the server closed first, a request sent at the same moment would fail."""
 BACKLOG = 2048
 """Number of connections that may wait to be accepted (uvicorn's default)."""
 SWITCH_SECONDS = 0.0005

@@ -25,13 +25,14 @@ OUT_OF_TIME = {
 
 
 OVERRUN, SHORTEST_OVERRUN = 4.0, 1.0
-"""A chunk is split if it takes longer than OVERRUN times the longest planned duration and longer than SHORTEST_OVERRUN seconds. Its
-other cases can then finish."""
+"""A chunk is split if it takes longer than OVERRUN times the longest planned duration and longer than SHORTEST_OVERRUN seconds. The
+other cases of the chunk can then finish."""
 BUILDING = 60.0
 """Time for building, s, that a chunk gets from the budget in addition to its time of stepping. Later chunks need this time, too,
 because a case can need another kernel."""
 LEAST_GRANT, LEAST_LEFT = 0.25, 0.01
-"""LEAST_GRANT: smallest grant while other chunks run, s. LEAST_LEFT: if less of the budget is left, s, it counts as used up."""
+"""LEAST_GRANT: smallest grant while other chunks run, s. LEAST_LEFT: if less than this is left of the budget, s, the budget counts
+as used up."""
 
 
 @dataclass

@@ -44,7 +44,7 @@ MOST_EVENTS = 2000
 MARKER_SECONDS = 0.1
 """Shortest time between two checks of the stop marker, s."""
 CHECK_SHARE = 0.05
-"""Largest share of the time that is spent on checks of the stop marker. If the storage is slow, checks are made less often."""
+"""Largest share of the time that is spent on checks of the stop marker. With slow storage, workers check less often."""
 _local = threading.local()
 WALL_FACTOR = 10.0
 """Largest ratio of wall time to a limit of processor time. The ratio is large because the machine can be busy with other work."""

@@ -25,7 +25,7 @@ from trunnion.service.store.store_records import Chunk
 
 log = logging.getLogger("trunnion.service")
 AHEAD = 1
-"""For each running chunk, this many chunks wait at the cluster, so that no worker is idle until the next turn."""
+"""Number of chunks that wait at the cluster for each running chunk. No worker is then idle until the dispatcher's next turn."""
 IDLE_SECONDS = 0.05
 STOP_SECONDS, RESULT_SECONDS = 2, 10
 Report = tuple[ChunkReport | None, FailedAttempt | None]

@@ -12,8 +12,8 @@ NEW, MOST = 0.1, 0.05
 """NEW: weight of the newest commit in the estimated cost. MOST: upper limit of the time counted for a chunk, s, so that waiting for
 an unreachable database does not count as cost."""
 COMMIT_SIZE = 100
-"""Largest number of chunks of a job in one commit. A commit takes some hundredths of a second. After a failure, the whole commit is
-repeated."""
+"""Largest number of chunks of a job in one database transaction (commit). A commit takes some hundredths of a second. After a
+failure, the whole commit is repeated."""
 CHECKS_PER_SECOND = 1000.0
 """Rate of the stop marker checks of all workers together, 1/s. Object stores accept some thousands of requests per second below one
 prefix."""

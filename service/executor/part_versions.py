@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 VERSION, KEY = "version", b"version"
 """Name of the column, and key of the version in the metadata of a part."""
 BEFORE = "steps"
-"""The column that follows the column of the version."""
+"""Name of the column that follows the column of the version."""
 
 
 def computed_by(table: pyarrow.Table, version: str) -> pyarrow.Table:

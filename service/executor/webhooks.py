@@ -23,7 +23,7 @@ from trunnion.service.store.store_records import Job
 
 log = logging.getLogger("trunnion.service")
 ATTEMPTS, FIRST_DELAY = 10, 5.0
-"""ATTEMPTS: largest number of attempts. FIRST_DELAY: pause after the first attempt, s. Each next pause is twice as long; all pauses
+"""ATTEMPTS: largest number of attempts. FIRST_DELAY: pause after the first attempt, s. Each next pause is twice as long. All pauses
 together are 43 min."""
 ANSWER_SECONDS = 10.0
 LOOK_SECONDS = 1.0

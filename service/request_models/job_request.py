@@ -46,7 +46,8 @@ HIGHER = "ask the operator for a higher limit"
 JOBS = "POST /v1/jobs"
 ONE_SOURCE = "give at most one of vary, cases, sample, optimise, refine and fit"
 MOST_TEXT, MOST_VALUES = 250_000, 100_000
-"""Limits of the number of characters and of values (including keys) in a scene: ten times those of the largest allowed scene."""
+"""Limits of the number of characters and of values (including keys) in a scene. They are ten times the numbers of the largest
+allowed scene."""
 
 
 def _values(data: Any) -> int:

@@ -13,9 +13,9 @@ KINDS = {
     "dict": "an object with fields", "model": "an object with fields", "dataclass": "an object with fields",
     "model_attributes": "an object with fields", "mapping": "an object with fields", "none_required": "null",
 }  # fmt: skip
-"""The kinds of values, by the beginning of the library's names of errors."""
+"""The kinds of values, by the beginning of pydantic's names of errors."""
 BOUNDS = {"greater_than": ("gt", ">"), "greater_than_equal": ("ge", "≥"), "less_than": ("lt", "<"), "less_than_equal": ("le", "≤")}
-"""By name of an error: its key for the bound, and the sign."""
+"""{pydantic's name of an error: (key of the bound, sign)}."""
 HIDDEN = "no control characters and no characters that change the direction of writing"
 
 

@@ -25,11 +25,11 @@ from trunnion.service.request_workers.fair_queue import FairQueue
 log = logging.getLogger("trunnion.service")
 Task = Callable[..., Any]
 START_SECONDS = 60.0
-"""Longest time until a process is ready, s, even on a busy machine. It does not count as time of the request."""
+"""Longest time until a process is ready, s, even on a busy machine. This time does not count as time of the request."""
 NICE = 5
 """Increase of the niceness of the process relative to the server."""
 ANSWER_ERRORS = (SceneError, SimulationError, ImportError)
-"""Errors of a task that the process returns to the server, which raises them again."""
+"""Errors of a task that the process returns to the server. The server raises these errors again."""
 READY = "ready"
 """The first message that the process sends."""
 TASK_MODULE = "trunnion.service.request_workers.rerun_and_extend_plans"

@@ -35,7 +35,7 @@ from trunnion.service.store.table_definitions import (
 T = TypeVar("T")
 DAY = 86_400.0
 CLAIM_SECONDS = 60.0
-"""Time for which a webhook is claimed, s. During this time, no other server sends it."""
+"""Time for which a server claims a webhook, s. During this time, no other server sends the webhook."""
 
 
 @dataclass(frozen=True)

@@ -21,10 +21,10 @@ REPLICATES = 16
 intervals follow from the differences between the results of the replicates."""
 BITS = 30
 LARGE = 4_000_000
-"""A sample with more cases than this is never held in memory as a whole. The strips of a Latin sample then follow from a
-permutation that is computed case by case."""
+"""A sample with more cases than this is never held in memory as a whole. For such a sample, the strips of a Latin sample follow
+from a permutation that is computed case by case."""
 TOGETHER = 10
-"""Points whose index has at most this number of bits are cached."""
+"""Points whose index has at most this number of bits are stored in a table."""
 
 
 def width(method: str, paths: int) -> int:

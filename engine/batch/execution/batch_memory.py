@@ -23,7 +23,7 @@ from trunnion.simulation.settings.run_settings import Run
 CAPACITY = 256
 """Number of rows in the buffer. When the buffer is full, C updates the reductions from the rows and empties the buffer."""
 STORED_BUFFERS = 8
-"""Capacity for stored rows, in multiples of CAPACITY. Python takes the rows at the latest when this memory is full."""
+"""Capacity for stored rows, in multiples of CAPACITY. When this memory is full, Python must take the rows."""
 
 
 class CaseBlocks:

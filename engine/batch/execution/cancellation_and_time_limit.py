@@ -11,7 +11,7 @@ from trunnion.simulation.runtime_interface.cancellation import HOST
 CALL_SECONDS = 0.02
 """Target duration of a call into C, s. Progress, cancellation and Ctrl-C must be served within 50 ms."""
 Tick = Callable[[int], bool]
-"""tick(number of finished cases) returns whether to continue."""
+"""A function that receives the number of finished cases and returns whether to continue."""
 
 
 class Watch:

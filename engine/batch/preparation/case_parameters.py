@@ -37,9 +37,9 @@ from trunnion.system.construction.system_builder import Built
 from trunnion.system.signals.signal_tables import ExternalInput, SignalCurve
 
 MANY = 8
-"""A group's entries are written directly (without building scenes) after the group has had more new values than this."""
+"""After a group has had more new values than this, its entries are written directly, without building scenes."""
 MOST_CACHED = 20_000
-"""Largest number of built values in the cache of a group. Each value takes a few hundred bytes."""
+"""Largest number of built scenes in the cache of a group. Each scene takes a few hundred bytes."""
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ CONFIDENCE = 0.95
 FAILED = "failed"
 """Name of an additional result if cases fail: 1 for a case whose outcome is not ``done``, otherwise 0."""
 FLAT = 1e-12
-"""A standard deviation below this multiple of the result's largest value is rounding error: the result does not vary."""
+"""A standard deviation below this multiple of the result's largest value is only rounding error. Such a result does not vary."""
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from trunnion.runtime.abi import EventKind
 OF_COLUMNS = ("max", "min", "final", "mean")
 OF_EVENTS = ("first", "count")
 OF_DECISIONS = ("margin", "marginal")
-"""Reductions over all decisions at a case's events: the least margin, and the number of margins below the run's own error."""
+"""Reductions over all decisions at a case's events: the least margin, and the number of margins below the error of the run."""
 ERROR = "error"
 EVENT_NUMBERS = {e.name.lower(): e.value for e in EventKind}
 

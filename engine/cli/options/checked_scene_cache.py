@@ -16,8 +16,8 @@ ENGINE = Path(__file__).resolve().parents[2]
 SOURCES = ("basics", "elements", "runtime", "scene")
 """Folders whose code reads and checks a scene: ``scene``, and the folders that ``scene`` imports."""
 OTHER_FILES = (b"include", b"assemblies", b"\\", b"\0")
-"""Keys that name other files, and bytes of escaped or wide characters, which could spell these keys. A scene without any of them
-names no other file."""
+"""Keys that name other files, and bytes of escaped or wide characters, which could spell these keys. A scene that contains none of
+these bytes names no other file."""
 
 
 def stored_scene(source: str, massless: bool = False) -> Scene:

@@ -19,8 +19,8 @@ VERDICTS = {
     "no": "the mechanism does not hold for any force distribution",
 }
 LARGE = 1e-6
-"""Gaps above this value, in the unit of their interval, are printed. Smaller gaps do not show, because results are printed with six
-digits."""
+"""Gaps above this value, in the unit of their interval, are printed. Smaller gaps would not be visible, because results are printed
+with six digits."""
 
 
 def bounds_document(b: HoldBounds) -> dict[str, Any]:

@@ -20,8 +20,8 @@ TINY = 1e-300
 TOUCHING = 1e-140
 """A contact is closed if its normal force is above this value, N."""
 WATCHED = 4
-"""Number of values of a ``tr_contact``: the force, then the watched vector's components on the cosine axis, the sine axis and the
-third axis. The contact's angle is atan2(sine component, cosine component)."""
+"""Number of values of a ``tr_contact``. They are the force and three components of a vector: along the cosine axis, the sine axis
+and the third axis. The contact's angle is atan2(sine component, cosine component)."""
 
 
 def contacts(friction: FrictionTerms, reaction: SX, rates: SX, multipliers: SX, pose: Pose) -> dict[str, list[SX]]:

@@ -13,7 +13,7 @@ from trunnion.importers.xml_reader import Element, is_zero
 
 REMEDY = 'active="false" disables it'
 PULLING = {"stiffness": "spring", "damping": "damper", "frictionloss": "frictionloss", "armature": ""}
-"""Attributes that make a tendon exert forces, each with the flag that disables them."""
+"""{attribute that makes a tendon exert a force: flag that disables this force}."""
 
 
 class EqualitiesAndTendons:

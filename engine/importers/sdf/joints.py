@@ -15,7 +15,7 @@ TYPES = {
     "revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "ball": "spherical",
     "universal": "universal", "screw": "screw", "revolute2": "revolute",
 }  # fmt: skip
-"""The scene's joint type by SDF type; a revolute2 becomes two revolutes in series."""
+"""{joint type of SDF: joint type of a scene}. A joint ``revolute2`` becomes two revolute joints in series."""
 
 
 def axis_of(found: Findings, joint: Element, axis: Element | None) -> tuple[np.ndarray, str | None]:

@@ -19,10 +19,10 @@ COMMUTES = {ca.OP_ADD, ca.OP_MUL, ca.OP_FMIN, ca.OP_FMAX, ca.OP_EQ, ca.OP_NE, ca
 LEAVES = {ca.OP_CONST, ca.OP_INPUT}
 RESULT = re.compile(r"@(\d+)")
 OFTEN = 4096
-"""Number of instructions between two checks for interrupts. This number takes about ten milliseconds."""
+"""Number of instructions between two checks for interrupts. These instructions take about ten milliseconds."""
 WITHOUT_DIGITS = str.maketrans("", "", "0123456789")
 Instruction = tuple[int, int, tuple[int, ...]]
-"""Operation, index of its value, indices of its operands."""
+"""(operation, index of its value, indices of its operands)."""
 
 
 @dataclass

@@ -42,11 +42,11 @@ FUNCTIONS = {name: given.count("{") for form in (BINARY | UNARY).values() for na
 MATH = "".join(f"double {name}({','.join(['double'] * count)});\n" for name, count in FUNCTIONS.items()) + (
     "#ifndef NAN\n#define NAN __builtin_nan(\"\")\n#define INFINITY __builtin_inf()\n#endif\n"
 )
-"""Declarations from <math.h> that generated code needs. The header itself would take a sixth of the compile time of a small
+"""Declarations from <math.h> that generated code needs. To include <math.h> would take a sixth of the compile time of a small
 unit."""
 FORMS = {op: form.replace("{0}", "%s").replace("{1}", "%s") for op, form in (BINARY | UNARY).items()}
 DOUBLED = {op for op, form in UNARY.items() if form.count("{0}") == 2}
-"""Operations whose text repeats their operand."""
+"""Operations whose C text contains the operand twice."""
 DEPTH = 20
 """Largest nesting of operations in an expression. Each operation adds up to three levels of brackets. Compilers accept at least 63
 levels (C11, 5.2.4.1)."""

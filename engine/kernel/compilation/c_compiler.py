@@ -30,13 +30,13 @@ FLAGS = (
     "-std=gnu11", "-O2", "-fno-unroll-loops", "-fno-vectorize", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast",
     "-fomit-frame-pointer", "-fPIC", "-fvisibility=default", "-w", "-g0",
 )  # fmt: skip
-"""Flags of all units. Automatic unrolling and vectorisation are off: loops are short, and their lengths are known only at run time.
-With them, the runtime takes twice as long to compile, and is 3 to 14 percent slower. Important loops are written with vectors
-(``base/compiler.h``). Frame pointers are off, because they slow generated code by 2 percent."""
+"""Flags of all units. Automatic unrolling and vectorisation are off, because loops are short and their lengths are known only at
+run time. With unrolling and vectorisation, the runtime takes twice as long to compile, and is 3 to 14 percent slower. Important
+loops are written with vectors (``base/compiler.h``). Frame pointers are off, because they slow generated code by 2 percent."""
 STRAIGHT = ("-fno-slp-vectorize",)
 LONG_TEXT = {"kernel": 41_000, "outputs": 0, "linear": 0, "jacobian": 11_000}
 """Number of characters of a unit's text above which straight-line code is not vectorised. This vectorisation takes half of the
-compile time. Short stepping units become up to 10 percent faster by it (double pendulum, 33,000 characters: 5 percent). Units above
+compile time. It makes short stepping units up to 10 percent faster (double pendulum, 33,000 characters: 5 percent). Units above
 43,000 characters become 2 to 4 percent slower, and rows of columns 2 percent (twelve models: 0 to 6)."""
 LONG_PART = 30_000
 """Like ``LONG_TEXT``, for a bytecode primitive. Without this vectorisation, free bodies and ball joints with friction compile
@@ -47,8 +47,8 @@ ROWS = ("outputs",)
 surrounding text, so the last bit of a column would depend on the other columns. Without contraction, a row with all columns takes
 up to 3 percent longer."""
 QUICK = ("-O0", "-fno-sanitize=all", "-fno-stack-protector")
-"""Flags for fast builds, which take a third of the compile time; steps are a sixth slower. The run-time checks that this compiler
-adds without optimisation are off, because they would cancel the gain."""
+"""Flags for fast builds, which take a third of the compile time and give steps that are a sixth slower. Without optimisation, this
+compiler would add run-time checks. They are off, because they would cancel the gain."""
 
 
 @dataclass(frozen=True)
@@ -104,11 +104,11 @@ SYSTEM_LIBRARIES = {
     "linux": ("-nostdlib", "-lm", "-lc"),
     "windows": ("-nostdlib", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("math", "heap", "stdio", "string", "private"))),
 }
-"""Linker options by operating system: a library uses the system's C library, without the compiler's own start files and libraries,
-whose build for Windows would take over a minute. ``ADDED_SOURCES`` defines the functions that are missing without them."""
+"""Linker options by operating system. A library uses the system's C library, but not the compiler's start files and libraries.
+Their build for Windows would take over a minute. ``ADDED_SOURCES`` defines the functions that are then missing."""
 WINDOWS = Path(__file__).with_name("windows_libc.c")
 ADDED_SOURCES = {"windows": (WINDOWS,)}
-"""C files that every library of an operating system contains in addition to its own."""
+"""C files that every library for an operating system contains in addition to its own files."""
 
 
 class CompilerError(RuntimeError):

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from concurrent.futures import Future
 
 LOOKS = 0.05
-"""Seconds between checks for Ctrl-C and for cancellation while this thread waits for another."""
+"""Time, s, between checks for Ctrl-C and cancellation, while this thread waits for another thread."""
 Submit = Callable[..., "Future[Any]"]
-"""A function that runs another function, with its arguments, on a thread."""
+"""A function that runs another function, with given arguments, on a thread."""
 
 
 class BuildCancelled(RuntimeError):

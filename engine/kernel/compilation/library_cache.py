@@ -20,9 +20,9 @@ from platformdirs import user_cache_path
 MAX_BYTES = 512 * 1024 * 1024
 STALE_SECONDS = 3600.0
 RECENT_SECONDS = 60.0
-"""An entry is not pruned within this time after its last use, because a process may be about to load it."""
+"""An entry is not pruned within this time, s, after its last use, because a process may be about to load the entry."""
 COMPILER_SECONDS = 600.0
-"""The compiler's cache is not pruned within this time after the last start of a build. Builds take less time."""
+"""The compiler's cache is not pruned within this time, s, after the last start of a build. Builds take less time."""
 
 
 def cache_folder() -> Path:

@@ -36,8 +36,8 @@ class Work:
 SWEEPS, IMPULSES, ROW_ITERATIONS = (int(number(n)) for n in ("SWEEPS", "IMPULSE_EVALUATIONS", "ROW_ITERATIONS"))
 BESIDE = 2
 ROW = IMPULSES + BESIDE, ROW_ITERATIONS + SWEEPS
-"""Constants of ``realtime_steps.c``. SWEEPS: sweeps of a relaxed step. IMPULSES: additional evaluations of an impulse step. BESIDE:
-evaluations of a relaxed step. ROW: additional evaluations and iterations of a row."""
+"""Constants of ``realtime_steps.c``. SWEEPS: number of sweeps of a relaxed step. IMPULSES: additional evaluations of an impulse
+step. BESIDE: evaluations of a relaxed step. ROW: additional evaluations and iterations of a row."""
 
 
 def work(operations: Mapping[str, int], sizes: Mapping[str, int]) -> Work:

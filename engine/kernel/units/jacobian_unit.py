@@ -24,8 +24,8 @@ from trunnion.system.structure.friction_joint_indices import elements
 from trunnion.system.structure.loop_joints import rubbing_on_loops
 
 DENSE_STATES = 28
-"""Largest number of states for a dense function. For a chain of 16 bodies, the dense function has 91,000 operations, one direction
-14,000. At about ten bodies, both variants cost the same."""
+"""Largest number of states for a dense function. For a chain of 16 bodies, the dense function has 91,000 operations. The function
+of one direction has 14,000. At about ten bodies, both variants cost the same."""
 
 
 @dataclass

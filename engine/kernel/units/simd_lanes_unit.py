@@ -18,7 +18,7 @@ long."""
 FOLDER = Path(__file__).parents[1] / "simd_lanes"
 HEADERS = ("vector_type", "loop_solve", "friction_newton", "explicit_steps", "dense_output_rows", "request_dispatch")
 FLAGS = ("-std=gnu++17", "-fno-exceptions", "-fno-rtti", "-fno-slp-vectorize")
-"""Additional compiler flags. Lanes are always optimised, because speed is their only purpose."""
+"""Additional compiler flags. The text is always compiled with optimisation, because speed is its only purpose."""
 NUMBERS = "#define NAN __builtin_nan(\"\")\n#define INFINITY __builtin_inf()\n"
 COLUMNS_TABLES = "static const tr_post o_post"
 TABLES = "static const tr_pace k_pace"

@@ -21,7 +21,7 @@ GRAIN = Grain(around=28, pieces=1)
 SIZE = (720, 540)
 """Width and height, pixels."""
 HIDDEN = 0.42
-"""Opacity of pins and contacts behind the body that hides them."""
+"""Opacity with which pins and contacts show through a body in front of them."""
 HEAD = 44
 """Height of title and time, pixels."""
 DOT = 5.0

@@ -20,7 +20,7 @@ SCRIPTS = (
     "run_data.js", "camera.js", "triangles_and_edges.js", "shaders.js", "webgl.js", "webgl_scene.js", "point_paths.js",
     "canvas_fallback.js", "point_handles.js", "picture_drawing.js", "value_panel.js", "playback_clock.js", "user_controls.js",
 )  # fmt: skip
-"""Scripts in order: each script uses names that earlier scripts define."""
+"""The scripts, in order. Each script uses names that earlier scripts define."""
 
 
 def animate(result: Result, path: str | os.PathLike[str], tell: Callable[[float, float], None] | None = None) -> Path:

@@ -34,7 +34,7 @@ MOST_PANELS = 4
 
 
 POSE = (("position", 3), ("orientation", 4))
-"""Columns of a body's pose, and their counts."""
+"""(name of a column of a body's pose, number of its components)."""
 
 
 class _Channels:

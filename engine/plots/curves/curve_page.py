@@ -25,7 +25,7 @@ WIDTH, HEIGHT = 5.2, 2.05
 LEFT, RIGHT, TOP, BOTTOM = 0.85, 0.25, 0.95, 0.65
 GAP_X, GAP_Y, HEADING = 0.85, 0.62, 0.42
 TALL = 9
-"""A page that would have more rows than this in two columns has three columns."""
+"""Largest number of rows of a page with two columns. A longer page has three columns."""
 FEW_EVENTS, MANY_EVENTS = 20, 120
 """If there are more than ``FEW_EVENTS`` events, event lines are fainter. At most ``MANY_EVENTS`` events are drawn."""
 TITLE_LINE = 46

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 FAINT = 0.25
 UNKNOWN = "#f7efe2"
-"""Background colour of the time range for which no error is promised."""
+"""Background colour of the time range for which no error is stated."""
 
 
 def errors(axes: Axes, panel: Panel, scale: float, power: int, until: float) -> None:

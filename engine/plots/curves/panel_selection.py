@@ -16,7 +16,8 @@ from trunnion.simulation.results.event import Event
 from trunnion.simulation.results.result import Result
 
 NEGLIGIBLE = 1e-7
-"""A component below this fraction of the largest component in its family is not drawn. In plane motion most components are zero."""
+"""A component below this fraction of the largest component in its family is not drawn. In plane motion, most components are
+zero."""
 MOST_CURVES = 8
 MOST_JOINTS = 4
 NAMED = 3
@@ -31,7 +32,7 @@ class Curve:
     time: np.ndarray
     values: np.ndarray
     error: np.ndarray | None = None
-    """Errors of the values, or None. NaN where no error is promised."""
+    """Errors of the values, or None. NaN where no error is stated."""
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from trunnion.system.construction.wheel_pairs import stands
 FACE = 8.0
 """Width of a toothed wheel, in modules."""
 THIN = 0.3
-"""Width divided by radius: the value for a wheel without teeth, and the largest value for a wheel with teeth."""
+"""Width divided by radius, for a wheel without teeth. For a wheel with teeth, this is the largest value."""
 RIM = 0.35
 """Depth of a drawn rim, divided by its radius."""
 STATIONS = ((-0.29, -1.1), (-0.13, 0.95), (0.13, 0.95), (0.29, -1.1))

@@ -13,7 +13,7 @@ ROUND = 20
 SHARP = np.cos(np.deg2rad(40))
 """The common side of two triangles is drawn as an edge if the cosine of the angle between their normals is below this value."""
 PIECES = 8
-"""Largest number of pieces along the longer edge of a face. Only with small pieces do bodies that intersect hide each other
+"""Largest number of pieces along the longer edge of a face. Small pieces are needed so that intersecting bodies hide each other
 correctly."""
 
 

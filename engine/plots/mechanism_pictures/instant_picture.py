@@ -26,12 +26,12 @@ if TYPE_CHECKING:
 LIGHT = np.array([0.3, 0.65, 0.7]) / np.linalg.norm([0.3, 0.65, 0.7])
 """Direction of the light in the picture's axes (right, up, towards the viewer)."""
 COPLANAR = 0.07
-"""Depth added to each further body before faces are sorted, divided by a body's length. Without this shift, the pieces of bodies in
-one plane would alternate like stripes."""
+"""Depth that is added to each further body before faces are sorted, divided by a body's length. Without this shift, the pieces of
+bodies in one plane would alternate like stripes."""
 SIZE = (8.4, 6.0)
 """Width and height of the picture, inches."""
 Polygon = tuple[float, np.ndarray, tuple[float, ...], tuple[float, ...]]
-"""Depth, corners in the picture, fill and line colour."""
+"""(depth, corners in the picture, fill colour, line colour)."""
 COILS, WIDTH = 9, 0.05
 """COILS: number of corners of a spring's zigzag. WIDTH: half width of the zigzag, divided by its length."""
 START_TIME, ASSEMBLY_TIME = 1e-3, 1e-9

@@ -31,12 +31,12 @@ RING = 9.0
 GAP = 8.0
 """Distance from the named place to the first ring, points."""
 LED = 14.0
-"""If a label is farther from the named place than this distance, points, a line joins the two."""
+"""Distance, points. If a label is farther from the named place, a line joins label and place."""
 ASIDE = 0.1
 """Weight, in the cost of a label's place, of the distance to the label's middle. The distance to its nearest edge has weight 1."""
 HIDDEN, COVERED, OUTSIDE = 80.0, 60.0, 100.0
-"""Costs of a label's place, in points of distance. HIDDEN: overlap with another label, per square of the font size. COVERED: each
-named place that the label covers. OUTSIDE: a label that leaves the picture."""
+"""Costs of a label's place, in points of distance. HIDDEN: overlap with another label, per square of the font size. COVERED: cost
+of each named place that the label covers. OUTSIDE: cost of a label that leaves the picture."""
 
 
 @dataclass

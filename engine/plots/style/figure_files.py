@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 SUFFIXES = (".png", ".svg", ".pdf")
 DPI = 130
 COLOURS = 96
-"""Number of colours of a reduced PNG; enough for thin lines to keep their colours."""
+"""Number of colours of a reduced PNG. With this number, thin lines keep their colours."""
 _METADATA: dict[str, dict[str, str | None]] = {
     ".png": {"Software": "Trunnion"},
     ".svg": {"Date": None, "Creator": "Trunnion"},

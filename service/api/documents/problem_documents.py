@@ -144,7 +144,8 @@ OUTAGES: tuple[tuple[type[Exception], str, str, int], ...] = (
     (NoCluster, "cluster", "the cluster is unavailable; try again", 5),
     (CorruptPart, "results", "a stored part is damaged and is being recomputed; try again", 10),
 )
-"""Errors of components that are temporarily unavailable: exception, name in the log, detail for clients, seconds until a retry."""
+"""Errors of components that are temporarily unavailable. A row has the exception, the name in the log, the detail for clients, and
+the seconds until a retry."""
 
 
 async def _outage_response(name: str, words: str, seconds: int, _: Request, e: Exception) -> Response:

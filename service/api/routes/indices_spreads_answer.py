@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     import pyarrow
 
 MOST_CASES = 2_000_000
-"""Largest number of cases from which indices and quantiles are computed. Only the first cases of a larger job are used: the first
-points of a sample are a sample, too."""
+"""Largest number of cases from which indices and quantiles are computed. Only the first cases of a larger job are used, because the
+first points of a sample are also a sample."""
 router = APIRouter(prefix="/v1/jobs", tags=["results"])
 Of = Annotated[
     list[Annotated[str, Field(max_length=200)]] | None,

@@ -13,7 +13,7 @@ from trunnion.service.api.documents.problem_documents import shutting_down
 from trunnion.service.request_workers.fair_queue import FairQueue
 
 READERS = 3
-"""Largest number of concurrent reads. One caller has at most READERS − 1 of them."""
+"""Largest number of concurrent reads. One caller has at most READERS − 1 concurrent reads."""
 T = TypeVar("T")
 
 

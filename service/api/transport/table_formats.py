@@ -41,7 +41,7 @@ CONTENT: dict[str, Any] = {
     MEDIA["parquet"]: {"schema": {"type": "string", "format": "binary"}},
     MEDIA["arrow"]: {"schema": {"type": "string", "format": "binary"}},
 }
-"""By media type: the description in the OpenAPI document."""
+"""{media type: description in the OpenAPI document}."""
 JSON_ROWS = 500
 """Number of rows that are encoded at a time. The number is small because encoding blocks all other Python threads."""
 
