@@ -32,7 +32,7 @@ def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], 
     if target.is_dir():
         return [Problem(where, f"{text!r} is a folder", "give the name of a file")]
     if not folder.is_dir():
-        return [Problem(where, f"the folder {os.fspath(folder)!r} does not exist", "create it, or choose another")]
+        return [Problem(where, f"the folder {os.fspath(folder)!r} does not exist", "create the folder, or choose another")]
     if not os.access(folder, os.W_OK):
         return [Problem(where, f"the folder {os.fspath(folder)!r} cannot be written", "choose another")]
     return []

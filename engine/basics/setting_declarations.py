@@ -74,7 +74,7 @@ SETTINGS = (
         Bound(POSITIVE.least, open=True, advice="give a positive end time, such as 2.5, 10 ms or 1 min"), metavar="T",
     ),
     Setting(
-        "every", "s", "Spacing of the rows, s; 0: a row at each of the solver's own steps.",
+        "every", "s", "Spacing of the rows, s. 0 gives a row at each step of the solver.",
         (*RUNS, *DERIVATIVES, WEAR, KNOCKS, KINEMATICS, "trunnion jobs submit"), "the scene's, or a thousandth of the run",
         Bound(NOT_NEGATIVE.least, advice="give a positive spacing, or 0 for every step"), metavar="DT",
         own_defaults=dict.fromkeys(DERIVATIVES, "a hundredth of the run"), own_bounds=dict.fromkeys(DERIVATIVES, _SPACING),
@@ -95,8 +95,8 @@ SETTINGS = (
     ),
     Setting(
         "kernel", "",
-        "How the equations are evaluated: {kernels}. parts compiles nothing, so runs start at once. compiled runs small "
-        "scenes faster. auto means compiled for 1000 or more runs of a small scene, otherwise parts.",
+        "How the equations are evaluated: {kernels}. With parts, nothing is compiled, so runs start at once. With compiled, "
+        "small scenes run faster. auto means compiled for 1000 or more runs of a small scene, otherwise parts.",
         RUNS, "auto", words="kernels", metavar="K",
     ),
     Setting(

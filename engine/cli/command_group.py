@@ -12,7 +12,7 @@ from trunnion.basics.errors import Problem, SceneError
 from trunnion.cli.command_declaration import click_command, take_as_given
 from trunnion.cli.command_registry import COMMANDS, GROUPS, function_of
 
-HELP = "Compute how a mechanism moves, and its friction, contact points and normal forces."
+HELP = "Compute the motion of a mechanism, its friction, contact points and normal forces."
 
 
 class CommandGroup(TyperGroup):

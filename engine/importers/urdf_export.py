@@ -192,7 +192,7 @@ class UrdfWriter:
         if not math.isclose(size, GRAVITY, rel_tol=1e-12):
             out.append(f"left out: gravity of {size:g} m/s^2; URDF has no gravity, and the importer uses {GRAVITY} m/s^2 along -z")
         stopped = [n for n in self.scene.joints if "end_stops" in self.data["joints"][n] and "end_stops" in self.held[n]]
-        out += [f"limits without stiffness: end stops of {listed(stopped)}"] if stopped else []
+        out += [f"limits without stiffness replace the end stops of {listed(stopped)}"] if stopped else []
         return out
 
 

@@ -166,7 +166,7 @@ class _TreeBuilder:
         self.open[-1].text += text
 
     def typed(self, *_: object) -> None:
-        raise self.refuse("it declares a document type, whose entities are not read", "remove the line with <!DOCTYPE")
+        raise self.refuse("the file declares a document type, and entities are not read", "remove the line with <!DOCTYPE")
 
 
 def read_xml(path: Path, shown: str = "") -> Element:

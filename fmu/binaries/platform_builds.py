@@ -95,7 +95,7 @@ def chosen(names: Sequence[str], standard: str = "2.0") -> list[str]:
         out += [p for p in folders if p != ALONE.get(standard)] if name == "all" else [name]
     if ALONE.get(standard) in out and len(set(out)) > 1:
         what = f"FMI {standard} has one folder for 64-bit Linux, so {ALONE[standard]} excludes other platforms"
-        raise SceneError([Problem("--platform", what, "export it alone, or choose --fmi 3")])
+        raise SceneError([Problem("--platform", what, "export this platform alone, or choose --fmi 3")])
     return [p for p in folders if p in out]
 
 

@@ -104,7 +104,8 @@ def _code(programs: list[list[str]]) -> str:
     """The C array with the stack code of all expressions; SceneError when an expression needs too large a stack."""
     most = max((depth(p) for p in programs), default=1)
     if most > STACK:
-        raise SceneError([Problem("parameters", f"an expression keeps {most} values, more than {STACK}", "divide the expression")])
+        what = f"an expression needs a stack of {most} values, more than {STACK}"
+        raise SceneError([Problem("parameters", what, "divide the expression")])
     return f"static const double m_code[]={{{','.join(w for p in programs for w in p) or '0'}}};\n"
 
 

@@ -160,9 +160,11 @@ def _part(data: bytes) -> FmuComponent:
     try:
         told = read_model_description(io.BytesIO(data), validate=False)
     except Exception as e:  # fmpy raises many kinds of errors for invalid files
-        raise SceneError([Problem("fmu", f"it cannot be read: {str(e).splitlines()[0] if str(e) else type(e).__name__}")]) from e
+        raise SceneError(
+            [Problem("fmu", f"the FMU cannot be read: {str(e).splitlines()[0] if str(e) else type(e).__name__}")]
+        ) from e
     if told.coSimulation is None:
-        raise SceneError([Problem("fmu", "it is not for co-simulation")])
+        raise SceneError([Problem("fmu", "the FMU is not for co-simulation")])
     ports = {
         v.name: Port(v.causality, TYPES[v.type], v.unit or (v.declaredType.unit if v.declaredType else "") or "")
         for v in told.modelVariables if v.type in TYPES and not getattr(v, "dimensions", None)
@@ -205,7 +207,7 @@ def _port(c: Connection, end: tuple[str, str], causality: str, parts: dict[str, 
         hint = suggestion(variable, known, f"its {causality}s: {', '.join(known[:8]) or 'none'}")
         return Finding(c.place, f"{name} has no variable {variable}", hint)
     if port.causality != causality:
-        hint = f"name it in outputs: of {name}" if causality == "output" and port.causality == "local" else ""
+        hint = f"add this variable to outputs: of {name}" if causality == "output" and port.causality == "local" else ""
         return Finding(c.place, f"{variable} of {name} is not an {causality} (it is {port.causality})", hint)
     return port
 

@@ -150,7 +150,7 @@ class _Reader:
             ends = [e.strip() for e in str(text).split(ARROW)]
             name, _, variable = ends[-1].partition(".")
             if not isinstance(text, str) or len(ends) != 2 or not all((ends[0], name, variable)):
-                self.note(path, f"a text as in the example is required (it is {given!r})", example)
+                self.note(path, f"a text as in the example is required, not {given!r}", example)
                 continue
             scales = {k: self.plain((*path, k), group[k]) for k in SCALES if k in group}
             yield Link(ends[0], (name, variable), path, **scales)
@@ -191,7 +191,7 @@ class _Reader:
         if isinstance(value, Quantity) and not value.fits(parse_unit("s").dimension):
             self.note(("simulation", key), f"{value.text} is not a time", example)
         if not value > 0.0:
-            self.note(("simulation", key), f"it must be positive (it is {value:g})", example)
+            self.note(("simulation", key), f"the time must be positive, not {value:g}", example)
         return float(value)
 
 

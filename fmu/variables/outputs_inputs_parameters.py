@@ -97,7 +97,7 @@ def variables(
     asked = bounds_of(model.built.scene)
     solver = [v for v in _solver(float(asked.get("step", step)), rtol) if own_steps or v.role not in (STEP, MAX_STEPS)]
     if certify and asked:
-        what = "errors need a second run, which a scene with bounded steps (simulation.realtime) does not have"
+        what = "error estimates need a second run, and a scene with real-time steps (simulation.realtime) has none"
         raise SceneError([Problem("--certify", what, "omit simulation.realtime, or omit --certify")])
     told = "1: each output is its global error, estimated by a second run with a tighter tolerance; NaN if there is no estimate"
     solver += [_solving("errors", "1", told, 0.0, Bound(0.0, 1.0), ERRORS, INTEGER)] if certify else []

@@ -17,7 +17,12 @@ from trunnion.service.client.remote_jobs import Job, connect
 Url = Annotated[str, typer.Option("--server", metavar="URL", envvar="TRUNNION_SERVER", help="Address of the server.")]
 ApiKey = Annotated[
     str,
-    typer.Option("--key", metavar="KEY", envvar="TRUNNION_KEY", help="API key; the environment variable is safer than the option."),
+    typer.Option(
+        "--key",
+        metavar="KEY",
+        envvar="TRUNNION_KEY",
+        help="API key. The environment variable is safer, because it is not in the list of processes.",
+    ),
 ]
 JobId = Annotated[str, typer.Argument(metavar="JOB", help="The job's id.")]
 FORMATS = {".csv": "csv", ".parquet": "parquet", ".arrows": "arrow", ".json": "json"}

@@ -56,7 +56,7 @@ Data = Annotated[Path, from_environment("DATA", "DIR", "Folder of the database, 
 Host = Annotated[
     str,
     typer.Option(
-        metavar="HOST", help="Address at which the server listens; addresses other than this machine's own require API keys."
+        metavar="HOST", help="Address at which the server listens. An address that other machines can reach requires API keys."
     ),
 ]
 Database = Annotated[
@@ -73,7 +73,9 @@ KeyFile = Annotated[Path | None, pem("private key of this server's certificate",
 LimitWords = Annotated[
     list[str], typer.Option("--limit", metavar="NAME=N", help=f"Set a limit: {', '.join(limit_names())}.", default_factory=list)
 ]
-Keep = Annotated[str, from_environment("KEEP", "TIME", "Time after its end at which a job is deleted: 30d, 12h.", "never")]
+Keep = Annotated[
+    str, from_environment("KEEP", "TIME", "Time from the end of a job until its deletion, such as 30d or 12h.", "never")
+]
 Webhooks = Annotated[
     list[str],
     typer.Option(
@@ -87,7 +89,7 @@ NewKey = Annotated[
     typer.Option(
         "--new-key",
         metavar="NAME:ROLE",
-        help="Create and print an API key, without starting the server; ROLE: read, submit or admin. Every key reads all jobs.",
+        help="Create and print an API key, without starting the server. ROLE: read, submit or admin. Every key can read all jobs.",
     ),
 ]
 

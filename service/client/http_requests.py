@@ -35,7 +35,9 @@ class Server:
         try:
             answer = self.http.request(method, path, **more)
         except httpx.HTTPError as e:
-            raise SimulationError(f"no answer from {self.url}: {e}\nIs it running? Start a server with: trunnion serve") from e
+            raise SimulationError(
+                f"no answer from {self.url}: {e}\nIs the server running? Start a server with: trunnion serve"
+            ) from e
         return raise_problems(answer)
 
     def save(self, path: str, file: Path, **more: Any) -> None:

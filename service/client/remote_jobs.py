@@ -125,7 +125,7 @@ class Job:
             while self.refresh().state not in ENDED:
                 bar.show_count(self.document["done"] + self.document["lost"], self.document["cases"])
                 if end is not None and time.monotonic() > end:
-                    raise TimeoutError(f"job {self.id} has not ended within {timeout:g} s; it continues")
+                    raise TimeoutError(f"job {self.id} has not ended within {timeout:g} s; the job continues")
                 time.sleep(POLL_SECONDS)
         return self
 
@@ -277,5 +277,5 @@ def _thinned(table: pyarrow.Table, every: float | None) -> pyarrow.Table:
     parts = table["time"].to_numpy() / every
     kept = table.filter(np.abs(parts - np.round(parts)) < ON_A_ROW)
     if len(kept) < 2 <= len(table):
-        raise SimulationError(f"the spacing of the run does not divide {every:g} s: give a multiple of it")
+        raise SimulationError(f"{every:g} s is not a multiple of the spacing of the run: give a multiple")
     return kept

@@ -20,7 +20,7 @@ CHUNKS_PER_SLOT = 30
 OUT_OF_TIME = {
     "where": "budget",
     "what": "the job has used its whole time budget",
-    "hint": "the results so far are valid; submit the rest with a larger budget or looser settings",
+    "hint": "the results so far are valid; submit the other cases with a larger budget or looser settings",
 }
 
 

@@ -245,7 +245,7 @@ class Dispatcher(LeasedJobs):
             return None, self._lost(chunk, future)
         done = ChunkReport(**got)
         if not sum(done.counts.values()) and chunk.stop - chunk.start == 1 and granted >= WALL_FACTOR * active.cpu_limit:
-            what = f"the case had not ended after {granted:.3g} s, far beyond its CPU-time limit: the machine may be overloaded"
+            what = f"the case did not end within {granted:.3g} s, far beyond its CPU-time limit: the machine may be overloaded"
             return done, FailedAttempt(what, self.settings.retry_delay)
         return done, None
 

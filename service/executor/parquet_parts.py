@@ -82,7 +82,7 @@ class Parts:
         except OSError as e:
             if not self.local:
                 raise  # an error of a remote store probably means that the store is temporarily unavailable
-            raise CorruptPart(f"it cannot be read: {e.strerror or e}") from e
+            raise CorruptPart(f"the file cannot be read: {e.strerror or e}") from e
         return read_part_bytes(data, case_range, columns), len(data)
 
     def part_outcomes(self, case_range: CaseRange) -> tuple[dict[str, int], int, str] | None:

@@ -106,7 +106,7 @@ def read_part_bytes(data: bytes, case_range: CaseRange, columns: list[str] | Non
     found = data.rfind(MARK)
     at = found + len(MARK)
     if found < 0 or data[at : at + len(ZEROS)] != digest_of(data[:at] + ZEROS + data[at + len(ZEROS) :]).encode():
-        raise CorruptPart("its checksum does not match its bytes")
+        raise CorruptPart("the checksum does not match the bytes of the file")
     file = pq.ParquetFile(pa.BufferReader(data))  # four times as fast as pyarrow.parquet.read_table
     stored = [n for n in file.schema_arrow.names if columns is None or current_result(n) in columns]
     table = _in_current_words(file.read(stored, use_threads=False))

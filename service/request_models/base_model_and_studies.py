@@ -43,9 +43,9 @@ class RequestModel(BaseModel):
         while todo:
             value, depth = todo.pop()
             if depth > DEEPEST:
-                raise ValueError(f"it is nested more than {DEEPEST} deep")
+                raise ValueError(f"the value has more than {DEEPEST} levels of nesting")
             if isinstance(value, str) and not _unicode(value):
-                raise ValueError("it holds half of a surrogate pair, which is invalid Unicode")
+                raise ValueError("the text holds half of a surrogate pair, which is invalid Unicode")
             if isinstance(value, dict):
                 todo += [(k, depth + 1) for k in value]
                 value = list(value.values())

@@ -109,7 +109,7 @@ def fit_of_request(scene: Scene, asked: Mapping[str, Any], rtol: float | None, w
     """The plan of a request with a fit. SceneError with all problems, including ``wrong`` and violated limits."""
     others = [n for n in CASE_SOURCES if asked.get(n) is not None]
     problems = [*wrong, *(Problem(n, "a fit does not accept this field", "submit a separate job") for n in others)]
-    hint = "omit it: a fit chooses the method, and its runs last as long as the measurements"
+    hint = "omit the field: a fit chooses the method, and its runs last as long as the measurements"
     problems += [Problem(n, "a fit does not accept this field", hint) for n in ALONE if asked.get(n)]
     q = make_fit_request(asked["fit"], rtol)
     problems += [*_limit_problems(q, limits), *(replace(p, where=f"fit, {p.where}") for p in request_problems(scene, q))]

@@ -131,7 +131,7 @@ def scene_of(source: SceneSource, limits: Limits) -> Scene:
         what = "no scene is given" if not given else "two scenes are given"
         raise SceneError([Problem("scene", what, "give scene (a model's name, or JSON) or scene_text (YAML)")])
     if isinstance(source.scene, dict) and (n := _values(source.scene)) > MOST_VALUES:
-        raise SceneError([Problem("scene", f"it holds {n} values, more than {MOST_VALUES}", "remove unused values")])
+        raise SceneError([Problem("scene", f"the scene holds {n} values, more than {MOST_VALUES}", "remove unused values")])
     if isinstance(source.scene, str):
         if source.scene not in (names := bundled_names()):
             hint = f"one of {', '.join(names)}; or give the scene itself"

@@ -30,7 +30,7 @@ def _words(kind: str, about: Mapping[str, Any], given: Any, message: str) -> tup
     if kind == "missing":
         return "is not given", "add this field"
     if kind == "extra_forbidden":
-        return "there is no such field", "remove it, or correct its name"
+        return "there is no such field", "remove the field, or correct its name"
     if kind == "value_error":
         return message.removeprefix("Value error, "), ""
     if kind == "string_pattern_mismatch":

@@ -69,7 +69,7 @@ def plan_extension(body: bytes, media: str, limits: Limits, document: dict[str, 
     _refuse_study(document)
     given = {k: asked.pop(k) for k in CASE_SOURCES if k in asked}
     if not given:
-        raise SceneError([Problem("vary", "no more cases are given", f"give exactly one of {', '.join(CASE_SOURCES)}")])
+        raise SceneError([Problem("vary", "no new cases are given", f"give exactly one of {', '.join(CASE_SOURCES)}")])
     more = plan_of_request(validate_request(JobRequest, _without_cases(document) | asked | given), limits).cases
     there = plan_of_document(document).cases
     new = _new_cases(more, there) if set(more.paths) == set(there.paths) else np.arange(more.count)

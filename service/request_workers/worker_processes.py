@@ -157,7 +157,7 @@ class WorkerProcess:
             good, answer, notes = connection.recv()
         except (EOFError, OSError) as e:
             self.end()
-            raise ProcessEnded("the process ended while it worked on the request: it ran out of memory") from e
+            raise ProcessEnded("the worker process ran out of memory and ended during the request") from e
         except (TookTooLong, NotReady):
             self.end()
             raise

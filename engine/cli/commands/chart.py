@@ -26,7 +26,9 @@ def command(
     scene: Scene = None,
     *,
     settings: SettingWords,
-    v_eps: Annotated[list[str], repeatable(metavar="V", help="v_eps of laws that have it, m/s.", show_default="the scene's")],
+    v_eps: Annotated[
+        list[str], repeatable(metavar="V", help="Values of v_eps, m/s, for the laws with this number.", show_default="the scene's")
+    ],
     norm: Annotated[str | None, typer.Option(metavar="N", help=NORM, show_default="max")] = None,
     repeat: Annotated[int, typer.Option(metavar="N", help="Number of times each run is repeated.")] = 7,
     samples: Annotated[int, typer.Option(metavar="N", help="Number of instants at which runs are compared.")] = 100,

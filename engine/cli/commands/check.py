@@ -42,7 +42,7 @@ def command(
     plot: Annotated[str | None, typer.Option("--plot", metavar="FILE", help=DRAW)] = None,
     as_json: Json = False,
 ) -> int:
-    """List the mistakes of a scene; without mistakes, list its bodies, joints, degrees of freedom, loops and columns."""
+    """List the mistakes of a scene. If it has none, list its bodies, joints, degrees of freedom, loops and columns."""
     reader = ArgumentReader()
     picture = reader.picture(plot)
     file = reader.destination(whole, SCENES)

@@ -29,7 +29,7 @@ def command(
     changes: Changes,
     as_json: Json = False,
 ) -> int:
-    """List when parts would cross the clearance of their joint, how long each crossing takes, and how fast the parts hit.
+    """List the crossings of parts through the clearance of their joint: time, duration, and speed at the end.
 
     The column "part" numbers the clearances of a joint: the faces across e2 and e3 of a sleeve, or the journals of a universal
     joint."""

@@ -12,7 +12,7 @@ from trunnion.cli.options.option_declarations import Changes, Json, Plot, Reduce
 from trunnion.cli.requests.study_request import MostCases, VaryWithin, run_and_report_study
 from trunnion.cli.requests.varied_numbers import Seed
 
-WITHIN = "Constraint: lower and upper bound of a result; one of the two may be empty."
+WITHIN = "Constraint: lower and upper bound of a result. One bound may be empty."
 TOLERANCE = "The search ends when the best value of each number is known to this fraction of the number's range."
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from trunnion.scene.data_classes.scene import Scene as SceneData
 
 SHOWN = 12
-ROWS = "File of the stored rows: .csv, .parquet, or a folder for one Parquet file for each case."
+ROWS = "File for the stored rows (.csv or .parquet), or a folder for one Parquet file for each case."
 
 
 def command(

@@ -45,14 +45,18 @@ Own = Annotated[
 ]  # fmt: skip
 Column = Annotated[
     list[str],
-    repeatable("--column", metavar="COLUMN=NAME", help="A column of the scene, and its name in the files if that is different."),
+    repeatable(
+        "--column",
+        metavar="COLUMN=NAME",
+        help="A column of the scene, and the name of this column in the files if the names differ.",
+    ),
 ]
 Noise = Annotated[
     list[str],
     repeatable(
         "--noise",
         metavar="[COLUMN=]S",
-        help="Standard deviation of the measurement noise, of all columns or of one.",
+        help="Standard deviation of the measurement noise, for all columns or for one column.",
         show_default="estimated",
     ),
 ]

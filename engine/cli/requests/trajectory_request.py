@@ -44,5 +44,5 @@ def rows_destination(rows: str | None, patterns: Sequence[str], reader: Argument
     if folder.is_file():
         reader.add("--rows", f"{rows!r} is a file", "end it in .csv or .parquet, or choose another folder")
     elif not folder.absolute().parent.is_dir():
-        reader.add("--rows", f"the folder {str(folder.parent)!r} does not exist", "create it, or choose another")
+        reader.add("--rows", f"the folder {str(folder.parent)!r} does not exist", "create the folder, or choose another")
     return folder

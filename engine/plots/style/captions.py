@@ -23,7 +23,7 @@ def caption(result: Result) -> str:
     words.append(f"fixed step {used['step']:g} s" if used.get("step") else f"rtol {used.get('rtol', 0):g}")
     words.append(outcome_text(result))
     if result.certainty is not None and not result.certainty.promise.whole:
-        words.append(f"no error is promised from t = {result.certainty.promise.until:.6g} s (shaded)")
+        words.append(f"no error is stated from t = {result.certainty.promise.until:.6g} s (shaded)")
     return " · ".join(words)
 
 

@@ -32,7 +32,7 @@ class IntervalDocument(BaseModel):
         description="bound or open: the data do not limit the parameter at this end."
     )
     high_end: Literal["found", "bound", "open"]
-    local: list[float | None] = Field(min_length=2, max_length=2, description="null: not determined by the data.")
+    local: list[float | None] = Field(min_length=2, max_length=2, description="null: the data do not determine it.")
     profile: ProfileDocument
 
 
@@ -69,7 +69,7 @@ class FitDocument(BaseModel):
 
     values: dict[str, float | None]
     units: dict[str, str]
-    deviation: dict[str, float | None] = Field(description="Local standard deviations; null: not determined by the data.")
+    deviation: dict[str, float | None] = Field(description="Local standard deviations; null: the data do not determine it.")
     correlation: list[list[float | None]]
     misfit: float | None
     rounds: int
@@ -115,7 +115,7 @@ class FitAnswer(BaseModel):
 
     kind: Literal["fit"]
     fit: FitDocument | None
-    why: str = Field(description="Why there is no fit.")
+    why: str = Field(description="The reason if there is no fit.")
     compared: ComparedDocument | None
     experiments: list[ExperimentDocument]
 

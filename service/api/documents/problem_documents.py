@@ -160,7 +160,7 @@ RESPONSES: dict[type[Exception], Callable[[Any], Response]] = {
     SimulationError: lambda e: problem_response(422, problems=[Problem("run", str(e))]),
     RequestValidationError: lambda e: problem_response(422, problems=map(_of_validation, e.errors())),
     Conflict: lambda e: problem_response(409, str(e)),
-    BadCursor: lambda e: problem_response(422, problems=[Problem("cursor", str(e), "take it from the previous page")]),
+    BadCursor: lambda e: problem_response(422, problems=[Problem("cursor", str(e), "use the cursor of the previous page")]),
     QueueFull: lambda e: problem_response(429 if e.own else 503, str(e), headers={"Retry-After": "5"}),
     NotReady: lambda e: problem_response(503, str(e), headers={"Retry-After": "10"}),
     **dict.fromkeys(

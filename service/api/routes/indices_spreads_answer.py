@@ -38,7 +38,7 @@ Of = Annotated[
 class DrawnDocument(BaseModel):
     """The part of a job from which an answer was computed: its first cases."""
 
-    cases: int = Field(description="Number of used cases: the first finished ones.")
+    cases: int = Field(description="Number of used cases, which are the first finished cases.")
     of: int = Field(description="Number of finished cases.")
 
 

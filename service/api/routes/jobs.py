@@ -209,9 +209,11 @@ async def follow_job(
     ``chunk_retried``, ``chunk_failed`` and ``cancelling``. The last event is ``done``, ``failed`` or ``cancelled``."""
     await run_in_threadpool(find_job, s, job)
     if s.streams[caller.id] >= STREAMS_OF_ONE:
-        raise Refusal(429, f"you follow {STREAMS_OF_ONE} jobs already; poll instead", headers={"Retry-After": "10"})
+        raise Refusal(
+            429, f"you already follow {STREAMS_OF_ONE} jobs; request the job repeatedly instead", headers={"Retry-After": "10"}
+        )
     if s.streams.total() >= MOST_STREAMS:
-        raise Refusal(503, "too many clients follow jobs; poll instead", headers={"Retry-After": "10"})
+        raise Refusal(503, "too many clients follow jobs; request the job repeatedly instead", headers={"Retry-After": "10"})
     after = int(last_event_id) if last_event_id and last_event_id.isascii() and last_event_id.isdigit() else 0
     return EventSourceResponse(_followed(s, caller, job, min(after, 2**62)), ping=15)
 

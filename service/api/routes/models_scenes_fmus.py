@@ -65,7 +65,9 @@ class ParameterItem(BaseModel):
     path: str
     value: float
     unit: str
-    at: tuple[int, int] | None = Field(description="First character and end of the number in the scene's text; null without one.")
+    at: tuple[int, int] | None = Field(
+        description="First character and end of the number in the scene's text; null if the text does not contain it."
+    )
 
 
 class ColumnItem(BaseModel):

@@ -131,7 +131,7 @@ def close_data_folder(data: Path) -> None:
         left.append(data)
     if left and os.name == "posix":
         places = shlex.join(map(str, left))
-        log.warning("other accounts may look into %s; this command closes it: chmod go-rwx %s", places, places)
+        log.warning("other accounts may read %s; to prevent this, run: chmod go-rwx %s", places, places)
 
 
 def make_data_folder(settings: Settings) -> None:

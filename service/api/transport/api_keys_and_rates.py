@@ -78,7 +78,7 @@ def need(role: str) -> Callable[..., Awaitable[Caller]]:
         found = LOCAL if s.settings.open else await run_in_threadpool(_find_caller, s, text, request.app.state.failures, address)
         _check_rate(s, request, found.id if found.id != "local" else address)
         if ROLES.index(found.role) < ROLES.index(role):
-            raise Refusal(403, f"this needs a key with the role {role}; yours has {found.role}")
+            raise Refusal(403, f"this request needs a key with the role {role}; your key has the role {found.role}")
         return found
 
     return caller

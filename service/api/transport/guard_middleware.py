@@ -66,7 +66,7 @@ class GuardMiddleware:
         if self.open and not is_loopback(_parts_of(f"//{host}").hostname or ""):
             return problem_response(
                 403,
-                "without keys, the server accepts only requests to this machine's own address: start it with --keys to share it",
+                "a server without keys accepts only requests to a local address; to share the server, start it with --keys",
             )
         if origin is not None and scope["method"] not in ("GET", "HEAD", "OPTIONS") and _parts_of(origin).netloc != host:
             return problem_response(403, "requests from other sites are refused")
