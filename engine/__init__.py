@@ -132,7 +132,7 @@ _MODULES = {
 }
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}
 
-if not TYPE_CHECKING:  # type checkers use the imports above; with __getattr__ they would accept every name
+if not TYPE_CHECKING:  # hidden from type checkers: with __getattr__, a type checker would accept every name
 
     def __getattr__(name: str) -> object:
         """Load a public name from its module."""

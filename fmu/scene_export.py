@@ -89,16 +89,16 @@ def export(
 
     scene, overrides, outputs: as in ``trunnion.simulate``. If neither the scene nor ``outputs`` selects columns, the most used
     columns become outputs. All other columns become local variables. flavour: native or python. platform: host, all, or names of
-    platforms: linux64, win64, darwin64, aarch64-darwin, aarch64-linux (for FMI 2.0 only as the single platform), and with FMI 3.0
-    also aarch64-windows. The python flavour supports linux64 and win64. step: default of solver.step, s (0: error control). kernel:
-    compiled (fastest steps), parts (fastest export), or auto (chosen by the structure of the scene, for long runs). whole_vectors:
-    vector components that are 0 become parameters, too. Without this option, the equations omit these components. fmi: 2 or 3; FMI
-    3.0 needs the native flavour. parameters: SSV file to which the parameter values are written (FMI 2.0 only). sources: include
-    the C sources (native flavour only). kind: cs (co-simulation), me (model exchange, native flavour only), or both. certify: add
-    the parameter ``solver.errors``. If its value is 1, each output holds the output's error estimate. starts: start values of the
-    FMU's parameters by name, in SI units. Names that are not parameters are ignored. scalars: FMI 3.0 without arrays. reference:
-    include results of the scene with their allowed differences (FMI-LS-REF). sums: for each input that is a sum, its sources.
-    SceneError for wrong input, SimulationError when the scene cannot start."""
+    platforms: linux64, win64, darwin64, aarch64-darwin, aarch64-linux, and with FMI 3.0 also aarch64-windows. With FMI 2.0,
+    aarch64-linux excludes other platforms. The python flavour supports linux64 and win64. step: default of solver.step, s (0: error
+    control). kernel: compiled (fastest steps), parts (fastest export), or auto (chosen by the structure of the scene, for long
+    runs). whole_vectors: vector components that are 0 become parameters, too. Without this option, the equations omit these
+    components. fmi: 2 or 3; FMI 3.0 needs the native flavour. parameters: SSV file to which the parameter values are written (FMI
+    2.0 only). sources: include the C sources (native flavour only). kind: cs (co-simulation), me (model exchange, native flavour
+    only), or both. certify: add the parameter ``solver.errors``. If its value is 1, each output holds the output's error estimate.
+    starts: start values of the FMU's parameters by name, in SI units. Names that are not parameters are ignored. scalars: FMI 3.0
+    without arrays. reference: include results of the scene with their allowed differences (FMI-LS-REF). sums: for each input that
+    is a sum, its sources. SceneError for wrong input, SimulationError when the scene cannot start."""
     target, read, of = Path(file), Amounts(), kernel if sources else None
     step = read.time(step, "step")
     wrong = [*read.problems, *apart(flavour, fmi, parameters, kind, step, of, certify, scalars)]
@@ -158,7 +158,7 @@ def _libraries(made: ExportedScene, names: Sequence[str], tell: Progress) -> dic
 
 
 def _binaries(made: ExportedScene, flavour: str, libraries: dict[str, bytes]) -> dict[str, bytes]:
-    """The binaries and the files that they need, by path in the archive. libraries: compiled libraries by platform."""
+    """The binaries, and the files that the binaries need, by path in the archive. libraries: compiled libraries by platform."""
     if flavour == "python":
         return python_flavour.contents(made.identifier, made.guid, libraries)
     folders = platforms.NAMES[made.standard]

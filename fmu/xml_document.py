@@ -12,7 +12,7 @@ def xml_bytes(root: Element) -> bytes:
 
 
 def with_prefix(root: Element, prefix: str) -> Element:
-    """The document, in which each element name without a prefix gets this one. Some readers of SSP files know elements only by
+    """The document, with this prefix before each element name that has no prefix. Some readers of SSP files know elements only by
     their usual prefixes."""
     for e in root.iter():
         if ":" not in e.tag:

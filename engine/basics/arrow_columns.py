@@ -1,5 +1,5 @@
-"""Arrow columns, built from memory buffers, and their fields. (If Arrow builds a column from a NumPy array or a list, it first
-imports an installed pandas. This import takes half a second.)"""
+"""Arrow columns, built from memory buffers, and their fields. (To build a column from a NumPy array or a list, Arrow would first
+import an installed pandas. The import takes half a second.)"""
 
 from __future__ import annotations
 

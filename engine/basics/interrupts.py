@@ -65,7 +65,7 @@ class DeferredInterrupt:
             if self.asked:
                 raise KeyboardInterrupt
             yield
-            if self.asked:  # a library has caught the KeyboardInterrupt and dropped it
+            if self.asked:  # a library has caught and dropped the KeyboardInterrupt
                 raise KeyboardInterrupt
         except Exception:
             if self.asked:  # a library has turned the KeyboardInterrupt into another exception
@@ -76,9 +76,9 @@ class DeferredInterrupt:
 
 
 def held() -> DeferredInterrupt:
-    """Defer Ctrl-C during the block. The block has an effect only in the main thread, which receives the signal. It replaces
-    Python's signal handler, or the handler of an enclosing ``DeferredInterrupt`` whose ``open`` block surrounds this block. It does
-    not replace a program's own handler."""
+    """Defer Ctrl-C during the block. The block has an effect only in the main thread, which receives the signal. The block replaces
+    Python's signal handler, or the handler of an enclosing ``DeferredInterrupt`` whose ``open`` block surrounds this block. A
+    program's own handler is not replaced."""
     return DeferredInterrupt()
 
 

@@ -65,8 +65,8 @@ def _make(owner: type, options: dict[str, Any]) -> None:
 
 def _make_copy_first(owner: type, options: dict[str, Any], standing: list[str]) -> None:
     """Let the standard library make a copy of the class. Then give the copy's attributes to the class, one by one. The class has
-    all methods at any moment, so that other threads can use it meanwhile. standing: names of the attributes that are ``_Fact``
-    objects or come from ``_method``."""
+    all methods at any moment, so that other threads can use the class during the change. standing: names of the attributes that are
+    ``_Fact`` objects or come from ``_method``."""
     own = {n: value for n, value in vars(owner).items() if n not in (*standing, *OF_EACH)}
     made = _decorated(type(owner)(owner.__name__, owner.__bases__, dict(own)), options)
     for method in filter(isfunction, vars(made).values()):

@@ -1,5 +1,5 @@
-"""Optional packages. For each package, the module finds the extra that installs it, and gives the message when the package is
-missing."""
+"""Optional packages. For each package, the module finds the extra that installs the package, and gives the message when the package
+is missing."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def remedy(extra: str) -> str:
 
 
 class Missing(ImportError):
-    """An optional package is not installed. extra: the extra that installs it."""
+    """An optional package is not installed. extra: the extra that installs the package."""
 
     def __init__(self, text: str, extra: str, module: str):
         super().__init__(text, name=module)

@@ -28,7 +28,7 @@ JOINT_KEYS = {"stops": "end_stops"}
 SIMULATION_VALUES = {"jams": {"stop": "end"}}
 """Values of scene keys below ``simulation``: {key: {deprecated value: current value}}."""
 SETTINGS = {"patience": "cpu_limit", "steps": "max_steps", "over": "vary"}
-"""Settings of batches. They are fields of requests and stored jobs, and names of server limits."""
+"""Settings of batches. These names are fields of requests and stored jobs, and names of server limits."""
 OPTIONS = {
     "--over": "--vary", "--to": "--vary", "--patience": "--cpu-limit", "--steps": "--max-steps", "--outputs": "--columns",
     "--stops": "--end-stops", "--file": "--output", "--output-dir": "--output", "--peers": "--solvers",
@@ -57,7 +57,7 @@ def deprecation_notes() -> Iterator[list[str]]:
 
 
 def report(kind: str, word: str, instead: str) -> None:
-    """Add a note that a deprecated word was read. kind: what the word names ("event", "scene key", …). instead: current word."""
+    """Add a note that a deprecated word was read. kind: kind of the word ("event", "scene key", …). instead: current word."""
     add_note(f"{kind} {word} is deprecated: write {instead}")
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 GARBAGE = 200_000
 """Number of new objects after which Python searches for garbage. A start of the command makes 100,000 objects. With Python's
-threshold of 700, the searches take a tenth of the start. With 50,000, they take a thirtieth."""
+threshold of 700, the searches take a tenth of the start. With 50,000, the searches take a thirtieth."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

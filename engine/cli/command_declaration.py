@@ -25,7 +25,7 @@ VERBOSE = typer.Option("-v", "--verbose", help="Print the log to standard error,
 
 
 class DeclaredCommand(TyperCommand):
-    """A command with the common help format. It also accepts the old names of renamed options."""
+    """A command with the common help format. The command also accepts the old names of renamed options."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the words after translating renamed options."""
@@ -47,12 +47,13 @@ class AsGiven:
     """Takes the place of typer's conversion of texts and flags. That conversion would import pydantic and change nothing."""
 
     def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
-        """The value of an argument or option: a list if it is repeatable, None if it is not given."""
+        """The value of an argument or option: a list for a repeatable option, None for an option that is not given."""
         return list(value or ()) if param.multiple else value
 
 
 class GivenOnly:
-    """Takes the place of typer's conversion of an option to a number. It makes typer's conversion only if the option is given."""
+    """Takes the place of typer's conversion of an option to a number. The class makes typer's conversion only if the option is
+    given."""
 
     def __init__(self, make: Callable[[], Any]):
         self._make = make

@@ -1,4 +1,4 @@
-"""``trunnion`` and its groups of commands. A command is imported when it is invoked or listed."""
+"""``trunnion`` and its groups of commands. A command is imported when the user invokes the command or lists the commands."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ DEVICES = {
 
 @dataclass(frozen=True)
 class Subject:
-    """What a set of columns describes.
+    """The object that a set of columns describes.
 
     key       unique among the subjects of one type in a system.
     words     texts by word, which fill the templates of names, units and descriptions.

@@ -209,6 +209,6 @@ def _frame_along(axis: np.ndarray, across: np.ndarray) -> np.ndarray:
 
 
 def _crossed_frame(first: np.ndarray, second: np.ndarray, keep_first: bool) -> np.ndarray:
-    """A universal joint's frame: e1 along the first axis, e2 along the second axis. If the axes are not orthogonal, one axis is
-    turned. With ``keep_first``, this is the second axis, otherwise the first."""
+    """A universal joint's frame: e1 along the first axis, e2 along the second axis. If the axes are not orthogonal, the second axis
+    is turned; without ``keep_first``, the first axis is turned."""
     return _frame_along(first, second) if keep_first else _frame_along(second, -first)[:, [1, 0, 2]] * [-1.0, 1.0, 1.0]

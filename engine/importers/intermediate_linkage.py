@@ -1,5 +1,5 @@
-"""The linkage, an intermediate form of imported mechanisms. It has links, and joints with a frame on each link. A scene is made
-from it."""
+"""The linkage, an intermediate form of imported mechanisms. A linkage has links, and joints with a frame on each link. A scene is
+made from the linkage."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LISTED = 8
 UNLIMITED = 1e15
 """A joint limit of this magnitude or more means "no limit" (SDF writes 1e16)."""
 LIGHT = 1e-15
-"""Mass given to a massless link, relative to the lightest mass. It is below the rounding error of the masses."""
+"""Mass given to a massless link, relative to the lightest mass. This mass is below the rounding error of the masses."""
 
 
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")

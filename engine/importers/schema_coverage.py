@@ -1,5 +1,5 @@
 """Tables of all elements and attributes in the schemas of the formats. The tables state what the importer does with each element
-and attribute (its fate). They are in the folder ``schemas``.
+and attribute (its fate). The tables are files in the folder ``schemas``.
 
 A line names elements, then segments. The line is indented below the line of the element that holds these elements. A segment is a
 fate, followed by the attributes and elements with this fate. A segment without a fate has the fate of the element. The first
@@ -63,7 +63,8 @@ class Table:
         return self.margin[tag], row.uses[tag].replace("taken", "")
 
     def tell(self, root: Element, found: Findings) -> None:
-        """Add a note for each label and each item that is not in the schema, and a problem for each item that the table refuses."""
+        """Add a note for each label, and for each item that the schema lacks. Add a problem for each item that the table
+        refuses."""
         told: dict[str, list[tuple[Element, str]]] = {}
         for e, shown, fate in self._walk(root, self.margin[root.tag], ""):
             kind, _, label = fate.partition(":")
@@ -82,7 +83,7 @@ class Table:
     def _walk(self, e: Element, row: Row, all_content: str) -> Iterator[tuple[Element, str, str]]:
         """(element, item, fate) of the items inside an element whose label differs from the element's label, or that are unknown.
         If the importer takes nothing from an element, unknown content is left out with the element. ``all_content`` is a fate that
-        applies to everything inside; "" if the table's rows apply."""
+        applies to all content; "" if the table's rows apply."""
         own = all_content or row.fate
         open_end = ANY in row.uses or (own != "taken" and (bool(all_content) or "taken" not in row.attributes.values()))
         for name, text in e.attributes.items():

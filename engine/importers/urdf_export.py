@@ -31,7 +31,7 @@ GRAVITY = 9.81
 UNLIMITED = 1e16
 """Limit of a prismatic joint without end stops. URDF requires limits, and readers replace missing limits by 0."""
 NORMAL = (0.0, 0.0, 1.0)
-"""Axis of planar joints. Readers choose the directions in the plane from the axis. They choose the same directions only if all
+"""Axis of planar joints. Readers choose the directions in the plane from the axis. Readers choose the same directions only if all
 digits of the axis agree."""
 WRITTEN = {
     "scene": {"schema", "name", "gravity", "bodies", "joints", "ground"},
@@ -175,7 +175,7 @@ class UrdfWriter:
             ratio, offset = repr(float(mimic.ratio)), repr(float(mimic.offset))
             xml.SubElement(joint, "mimic", joint=mimic.joint, multiplier=ratio, offset=offset)
 
-    # -- what is lost -------------------------------------------------------------------------------------------------------
+    # -- omitted keys -------------------------------------------------------------------------------------------------------
 
     def notes(self) -> list[str]:
         """A note for each key of the scene that the file omits, with the names of the joints or bodies that have this key."""

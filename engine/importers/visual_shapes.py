@@ -99,8 +99,8 @@ def _shape(s: Solid, center: np.ndarray) -> dict[str, Any]:
 
 
 def coarse(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(points (p×3), faces (n×3)) of triangles (m×3×3). Points in the same cell of a grid are merged; the grid is coarsened until n
-    is at most ``FACES``."""
+    """(points (p×3), faces (n×3)) of triangles (m×3×3). Points in one cell of a grid are merged. The grid is coarsened until n is
+    at most ``FACES``."""
     low = corners.reshape(-1, 3).min(axis=0)
     size = float(np.ptp(corners.reshape(-1, 3), axis=0).max()) or 1.0
     cells, exact = FINEST, len(corners) <= FACES

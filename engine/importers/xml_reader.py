@@ -1,5 +1,5 @@
-"""XML reader that records file and line of each element. The reader is safe against malicious files. It refuses document type
-definitions, so that a file has no entities. It limits the numbers of bytes, elements and levels."""
+"""XML reader that records file and line of each element. The reader is safe against malicious files. The reader refuses document
+type definitions, so that a file has no entities. The reader limits the numbers of bytes, elements and levels."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Element:
             yield from c.inside()
 
     def is_off(self) -> bool:
-        """Whether an element without attributes contains nothing but zeros or "false"."""
+        """Whether an element has no attributes and contains only zeros or "false"."""
         return not self.attributes and is_zero(" ".join(x.text for x in self.inside()))
 
 
@@ -117,7 +117,7 @@ class Findings:
 
 
 def is_zero(text: str) -> bool:
-    """Whether a text contains nothing but zeros or "false"."""
+    """Whether a text contains only zeros or "false"."""
     words = text.split()
     return bool(words) and all(w == "false" or not w.strip("0.+-") for w in words)
 

@@ -17,7 +17,7 @@ from trunnion.kernel.compilation.c_compiler import MACHINES
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = "import sys; sys.path.insert(0, 'engine/packaging'); import build_backend; print(build_backend.build_wheel(sys.argv[1]))"
 EPOCH = "315532800"
-"""Time of all files in a wheel (SOURCE_DATE_EPOCH). It is 1980-01-01, the earliest time that an archive can hold."""
+"""Time of all files in a wheel (SOURCE_DATE_EPOCH). The value is 1980-01-01, the earliest time that an archive can hold."""
 SUMS = "SHA256SUMS"
 
 

@@ -41,7 +41,7 @@ def web(scene: Given, overrides: Mapping[str, Any] | None = None, step: float = 
 
 
 def wasm(made: Library) -> bytes:
-    """The WebAssembly module of a library, from the cache or compiled. It exports ``web_init`` and the other ``FUNCTIONS``,
+    """The WebAssembly module of a library, from the cache or compiled. The module exports ``web_init`` and the other ``FUNCTIONS``,
     simulates one mechanism and imports nothing."""
     files = {n: t for n, t in made.files.items() if n.endswith((".c", ".h")) and n != "main.c"}
     files["web.c"] = filled("wasm_exports.c", {"name": made.name, "scene": plain(made.first.scene.name)})

@@ -1,5 +1,5 @@
 """The C files of an exported model, and their lists in ``modelDescription.xml`` or ``buildDescription.xml`` of an FMU. Each file
-contains the text of all project headers; it includes only the header ``NAME.h``."""
+contains the text of all project headers, and includes only the header ``NAME.h``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Removes unused code from C text and converts the text to ASCII, so that any compiler accepts it without warnings."""
+"""Removes unused code from C text and converts the text to ASCII, so that any compiler accepts the text without warnings."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def licences(flavour: str) -> dict[str, bytes]:
 
 
 def _licence(name: str) -> bytes:
-    """The licence of an installed distribution. For Trunnion in a source checkout, it is the file LICENSE at the root."""
+    """The licence of an installed distribution. In a source checkout, the licence of Trunnion is the file LICENSE at the root."""
     own = Path(__file__).resolve().parents[2] / "LICENSE"
     if name == "trunnion" and own.is_file():
         return own.read_bytes()

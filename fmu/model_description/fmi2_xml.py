@@ -164,8 +164,8 @@ def real(v: Variable) -> dict[str, str]:
 
 
 def _structure(root: Element, made: ExportedModel) -> None:
-    """Write ModelStructure: the outputs with their dependencies during the run and at the start, and the derivatives of states,
-    which depend on all known variables."""
+    """Write ModelStructure: the outputs with their dependencies during the run and at the start, and the derivatives of states.
+    Derivatives of states depend on all known variables."""
     structure, first, n = SubElement(root, "ModelStructure"), len(made.listed) + 1, len(made.exchanged.states)
     outputs = [(i, v, d) for i, (v, d) in enumerate(zip(made.listed, made.depends, strict=False)) if v.causality == "output"]
     states, rates = range(first, first + n), range(first + n, first + 2 * n)

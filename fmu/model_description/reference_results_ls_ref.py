@@ -1,6 +1,6 @@
 """The folder ``extra/org.fmi-standard.fmi-ls-ref`` of an FMU. The folder holds reference results with their allowed differences,
-and the experiment that gives these results. It also holds the scene and the values of the parameters. A manifest lists all files
-(layered standard FMI-LS-REF 1.0.0-alpha.1, for FMI 2.0 and 3.0). The experiment is in the Experiments Format (draft
+and the experiment that gives these results. The folder also holds the scene and the values of the parameters. A manifest lists all
+files (layered standard FMI-LS-REF 1.0.0-alpha.1, for FMI 2.0 and 3.0). The experiment is in the Experiments Format (draft
 ma-hs-experiments of 2026)."""
 
 from __future__ import annotations

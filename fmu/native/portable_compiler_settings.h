@@ -14,7 +14,8 @@
 #endif
 
 /* Length of an array. The minimum is 16. C has no empty arrays, and a smaller minimum would give warnings. Compilers also analyse
- * code for elements that a mechanism lacks, such as ball joints. In this code they find indices beyond a shorter array. */
+ * code for elements that a mechanism lacks, such as ball joints. In this code, compilers would find indices beyond the end of a
+ * shorter array. */
 #define TR_ROOM(n) ((n) > 16 ? (n) : 16)
 #define TR_LARGER(a, b) ((a) > (b) ? (a) : (b))
 

@@ -65,7 +65,7 @@ def with_mapped_values(system: System) -> MappedSystem:
 
 
 def _read_or(given: X | Path, read: Callable[[Path], X], otherwise: X, place: tuple[str], mistakes: list[Finding]) -> X:
-    """The given contents, or the contents of the given file. If the file cannot be read, ``otherwise``."""
+    """The given contents, or the contents of the given file. If the file cannot be read, the result is ``otherwise``."""
     if not isinstance(given, Path):
         return given
     try:

@@ -56,7 +56,7 @@ class _Places:
 
     def motions(self) -> set[int]:
         """The indices of the values and rates of inputs that motions follow. Start values depend on these values and rates.
-        Accelerations of these inputs are not included, because they act like forces."""
+        Accelerations of these inputs are not included, because accelerations act like forces."""
         return {p for i in self.followed for kind in self.of[i][:2] for p in kind}
 
 

@@ -186,8 +186,8 @@ def _joined(found: list[Variable], own: dict[str, float]) -> Iterator[Variable]:
 
 
 def _derived(path: Path) -> bool:
-    """Whether a number may be a parameter although the scene does not give it directly: a mass computed from a density, or friction
-    taken from the defaults of the scene."""
+    """Whether a number that the scene does not give directly may be a parameter. Examples are a mass computed from a density, and
+    friction taken from the defaults of the scene."""
     return (path[0] == "bodies" and path[2:] == ("mass",)) or (path[0] == "joints" and path[2] == "friction")
 
 

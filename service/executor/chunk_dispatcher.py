@@ -29,7 +29,7 @@ AHEAD = 1
 IDLE_SECONDS = 0.05
 STOP_SECONDS, RESULT_SECONDS = 2, 10
 Report = tuple[ChunkReport | None, FailedAttempt | None]
-"""The report of a chunk (None if it is lost), and the failed attempt (None if the chunk is done)."""
+"""(report of a chunk, None if the report is lost; failed attempt, None if the chunk is done)."""
 
 
 class Dispatcher(LeasedJobs):
@@ -102,8 +102,8 @@ class Dispatcher(LeasedJobs):
     # -- sending ------------------------------------------------------------------------------------------------------------
 
     def _send(self) -> bool:
-        """Send chunks of all jobs in turn until the cluster is full. The first chunk of a job runs alone, because it builds the
-        kernel that the other chunks share. Returns whether any chunk was sent."""
+        """Send chunks of all jobs in turn until the cluster is full. The first chunk of a job runs alone, because this chunk builds
+        the kernel that the other chunks share. Returns whether any chunk was sent."""
         if not self.jobs:
             return False
         room = self.cluster.slots() * (1 + AHEAD) - sum(len(a.flying) for a in self.jobs.values())
@@ -196,7 +196,7 @@ class Dispatcher(LeasedJobs):
         return some
 
     def _returned_futures(self) -> dict[str, dict[int, Any]]:
-        """The next returned futures by job and first case. Futures of chunks that are no longer in ``flying`` are dropped."""
+        """The next returned futures by job and first case. Futures of chunks that ``flying`` lacks are dropped."""
         found: dict[str, dict[int, Any]] = {}
         for _ in range(COMMIT_SIZE):
             try:

@@ -26,8 +26,8 @@ from trunnion.service.store.store_records import Chunk, Job
 
 class LeasedJobs:
     """The jobs that this server leases. name: the server's name in leases. returned: (job, first case, future) of chunks that
-    returned from the cluster and are not stored yet. claimed, renewed: monotonic times of the last claim and the last renewal,
-    s."""
+    returned from the cluster and are not stored yet. claimed: monotonic time of the last claim, s. renewed: monotonic time of the
+    last renewal, s."""
 
     def __init__(self, store: WorkStore, parts: Parts, settings: Settings):
         self.store, self.parts, self.settings = store, parts, settings
@@ -111,7 +111,7 @@ class LeasedJobs:
         self.jobs.pop(active.job.id, None)
 
     def _check_job(self, active: ActiveJob) -> None:
-        """End the job if it is over or cancelled, and find lost futures."""
+        """End the job if all its cases are over or it was cancelled, and find lost futures."""
         if active.job.state == "cancelling":
             self._stop_job(active, "cancelled", [])
             return
@@ -135,7 +135,7 @@ class LeasedJobs:
 
     def _advance_study(self, active: ActiveJob) -> None:
         """Report complete rounds to the study, and request the cases of the next round. The requested cases depend only on the seed
-        and the results. Therefore a study continues unchanged when another server takes it over."""
+        and the results. Therefore a study continues unchanged when another server takes the study over."""
         follow, asked = active.follow, -1
         while follow is not None and not follow.is_over and asked != follow.requested:
             asked = follow.requested

@@ -1,5 +1,5 @@
-"""The stage of a job before its first rows (deriving, compiling, running), or the progress of a fit, stored in the folder of the
-parts."""
+"""The stage of a job before its first rows (deriving, compiling, running), or the progress of a fit. A file in the folder of the
+parts holds the stage."""
 
 from __future__ import annotations
 

@@ -53,8 +53,8 @@ def _port(url: httpx.URL) -> int | None:
 
 
 def _segments(url: httpx.URL) -> list[bytes]:
-    """The decoded segments of a path, without empty segments at its ends. ValueError for a segment that could mean another path: a
-    dot segment, or a segment with a slash, backslash or control character, also if encoded several times."""
+    """The decoded segments of a path, without empty segments at its ends. ValueError for a segment that could mean another path.
+    These are dot segments, and segments with a slash, backslash or control character, also if encoded several times."""
     found = []
     for segment in url.raw_path.partition(b"?")[0].strip(b"/").split(b"/"):
         decoded, before = unquote_to_bytes(segment), segment

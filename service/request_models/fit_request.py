@@ -73,7 +73,8 @@ class FitTrial(RequestModel):
 
 
 class Fit(RequestModel):
-    """A fit of parameters to measured runs, with confidence intervals. It can also compare friction laws and rank experiments."""
+    """A fit of parameters to measured runs, with confidence intervals. A fit can also compare friction laws and rank
+    experiments."""
 
     parameters: list[Path] = Field(default_factory=list, max_length=MOST_PARAMETERS, description="Fitted numbers, by path.")
     runs: list[FitRun] = Field(min_length=1, max_length=MOST_RUNS)

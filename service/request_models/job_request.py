@@ -46,7 +46,7 @@ HIGHER = "ask the operator for a higher limit"
 JOBS = "POST /v1/jobs"
 ONE_SOURCE = "give at most one of vary, cases, sample, optimise, refine and fit"
 MOST_TEXT, MOST_VALUES = 250_000, 100_000
-"""Limits of the number of characters and of values (including keys) in a scene. They are ten times the numbers of the largest
+"""Limits of the number of characters and of values (including keys) in a scene. The limits are ten times the numbers of the largest
 allowed scene."""
 
 
@@ -87,8 +87,8 @@ def _schema(bound: Bound) -> dict[str, Any]:
 
 
 class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
-    """A batch. It has a scene, at most one of ``vary`` (grid), ``cases`` (list), ``sample``, ``optimise``, ``refine`` and ``fit``,
-    and the results to store. Without any of these, the scene runs once."""
+    """A batch. The request has a scene, at most one of ``vary`` (grid), ``cases`` (list), ``sample``, ``optimise``, ``refine`` and
+    ``fit``, and the results to store. Without any of these, the scene runs once."""
 
     vary: dict[Path, list[Number] | Number] | None = Field(
         None,
@@ -294,8 +294,8 @@ def current_settings(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def identity_of(request: JobRequest) -> str:
-    """The digest of a request. It is computed with the deprecated names of fields, so that an idempotency key stays valid after an
-    update of the server."""
+    """The digest of a request. The digest is computed with the deprecated names of fields, so that an idempotency key stays valid
+    after an update of the server."""
     before = {new: old for old, new in SETTINGS.items()}
     asked = request.model_dump(mode="json", exclude={"optimise": {"revision"}, "refine": {"revision"}})
     return digest({before.get(name, name): value for name, value in asked.items()})

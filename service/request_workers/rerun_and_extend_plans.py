@@ -79,7 +79,7 @@ def plan_extension(body: bytes, media: str, limits: Limits, document: dict[str, 
 
 
 def _refuse_study(document: dict[str, Any]) -> None:
-    """Raise SceneError for a study or a fit: the cases of a study depend on each other, and a case of a fit is a whole fit."""
+    """Raise SceneError for a study or a fit. The cases of a study depend on each other, and a case of a fit is a whole fit."""
     if any(document.get(name) for name in STUDIES):
         what = "this job is a fit" if document.get("fit") else "the cases of this job depend on each other"
         raise SceneError([Problem("job", what, "submit its request again with more cases or other settings")])

@@ -45,16 +45,16 @@ class NotReady(RuntimeError):
 
 
 class ProcessEnded(RuntimeError):
-    """The process ended during a request, for example when it exceeded its memory."""
+    """The process ended during a request, for example because the process exceeded its memory."""
 
 
 class Defect(RuntimeError):
-    """The request triggered a defect of the program. The server logs it."""
+    """The request triggered a defect of the program. The server logs the defect."""
 
 
 def serve_tasks(connection: Connection, memory: int) -> None:
-    """The main function of a worker process. The function sends READY. It then answers each message (task, arguments) with
-    (success, result or error, notes about deprecated words), until the connection closes."""
+    """The main function of a worker process. The function sends READY. The function then answers each message (task, arguments)
+    with (success, result or error, notes about deprecated words), until the connection closes."""
     _isolate()
     _limit_memory(memory)
     importlib.import_module(TASK_MODULE)  # not during the first request; a forked process has imported the tasks
@@ -185,7 +185,7 @@ class WorkerProcess:
 
 class WorkerPool(FairQueue[WorkerProcess]):
     """Worker processes, and the requests that wait for a worker. lasting: whether a worker serves several requests. Otherwise the
-    worker ends after a request, which frees its memory. Only for use in the event loop."""
+    worker ends after a request, and its end frees the memory. Only for use in the event loop."""
 
     def __init__(self, workers: int, memory: float, lasting: bool = True):
         self.workers = [WorkerProcess(int(memory)) for _ in range(workers)]

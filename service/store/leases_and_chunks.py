@@ -379,7 +379,7 @@ class WorkStore(Store):
             self._event(c, job, "part_spoiled", {"first_case": start, "why": why[:300], "computed_again": bool(goes_on)})
 
     def _recount_job(self, c: Connection, row: Any) -> None:
-        """Recompute the sums of a job from its finished chunks. The time of chunks that must run again no longer counts against the
+        """Recompute the sums of a job from its finished chunks. The time of chunks that must run again does not count against the
         budget."""
         query = select(chunks.c.start, chunks.c.stop, chunks.c.counts, chunks.c.bytes)
         there = c.execute(query.where(chunks.c.job == row["id"], chunks.c.state == "done")).all()

@@ -106,8 +106,8 @@ HINT = f"two ends such as [0.1, 0.6], or one of {FORMS}"
 def spread_of(given: Any, number: Callable[[Any], float], complain: Callable[[str, str], None]) -> Inverse | None:
     """The inverse distribution function for two bounds or for a text such as "normal(0.3, 0.05)"; None after a mistake.
 
-    number: function that reads one number; for a mistake, it reports the mistake and returns NaN. complain: function that reports
-    any other mistake.
+    number: function that reads one number. After a mistake, this function reports the mistake and returns NaN. complain: function
+    that reports any other mistake.
     """
     name, numbers = "uniform", given
     if isinstance(given, str):

@@ -108,7 +108,7 @@ def number_at(scene: Scene, path: str) -> tuple[float, str] | None:
     node: Any = scene
     for i, key in enumerate(place or ()):
         if isinstance(node, float) and place is not None and place[i:] == (0,):
-            place = place[:i]  # q[1] means q if the scene gives q as a single number instead of a list
+            place = place[:i]  # if the scene gives q as a single number and not as a list, q[1] means q
             break
         node = _part(node, key)
     return (float(node), unit_of(scene, place)) if place and isinstance(node, float) else None

@@ -21,8 +21,8 @@ REPLICATES = 16
 intervals follow from the differences between the results of the replicates."""
 BITS = 30
 LARGE = 4_000_000
-"""A sample with more cases than this is never held in memory as a whole. For such a sample, the strips of a Latin sample follow
-from a permutation that is computed case by case."""
+"""A sample with more cases than this is never held in memory as a whole. The strips of such a Latin sample follow from a
+permutation that is computed case by case."""
 TOGETHER = 10
 """Points whose index has at most this number of bits are stored in a table."""
 
@@ -134,14 +134,14 @@ def directions_from_points(sequence: Any, bits: int) -> np.ndarray:
 
 
 def _scrambled(bits: np.ndarray, generator: np.random.Generator, start: int) -> np.ndarray:
-    """Scramble integers of BITS bits (n) to numbers in (0, 1), by a random lower triangular bit matrix, a random shift and random
-    lower digits.
+    """Scramble integers of BITS bits (n) to numbers in (0, 1). The scramble consists of a random lower triangular bit matrix, a
+    random shift and random lower digits.
 
     start: index of the first point.
     """
     drawn = generator.integers(0, 1 << BITS, BITS, np.uint64)
     out = np.full(len(bits), generator.integers(0, 1 << BITS, dtype=np.uint64))
-    for j in range(BITS):  # the bit of weight 2^(BITS - 1 - j) changes only itself and lower bits
+    for j in range(BITS):  # the bit of weight 2^(BITS - 1 - j) affects only this bit and lower bits
         at = np.uint64(BITS - 1 - j)
         column = (drawn[j] & ((np.uint64(1) << at) - np.uint64(1))) | (np.uint64(1) << at)
         out ^= ((bits >> at) & np.uint64(1)) * column

@@ -27,8 +27,8 @@ STORED_BUFFERS = 8
 
 
 class CaseBlocks:
-    """The batch record, the memory blocks and the buffers with which C runs cases of one structure. One thread at a time may use an
-    object."""
+    """The batch record, the memory blocks and the buffers with which C runs cases of one structure. Only one thread at a time may
+    use an instance."""
 
     def __init__(self, rows: Rows, chosen: Sequence[Reduction], run: Run, kernel: str, series: Series | None = None):
         self.lib = library()

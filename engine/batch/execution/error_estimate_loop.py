@@ -120,7 +120,7 @@ class ErrorEstimateLoop:
         return (np.array(out).T if out else np.zeros((len(a), 0))), why
 
     def _why(self, a: np.ndarray, b: np.ndarray, states: np.ndarray, alike: np.ndarray, begun: np.ndarray) -> np.ndarray:
-        """For each case, the reason why it has no error estimate, as an index of WHY. The index is 0 if both runs make the same
+        """The reason why a case has no error estimate, as an index of WHY, for each case. The index is 0 if both runs make the same
         clear decisions and their errors are small. If several reasons apply, the last of them in ``found`` is given. This reason
         usually occurs earliest in a run and causes the others.
         """

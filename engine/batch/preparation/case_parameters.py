@@ -2,10 +2,10 @@
 fraction of the cost.
 
 The varied paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. For many groups,
-``parameters_without_scene_builds`` writes the entries of the rows directly. This is possible if the value is an entry of the table
-of parameters (friction, springs, dampers, drives, …), if entries are copies of the value, or if a formula gives the entries. For
-any other group, a scene is built once for each distinct value, and its changed entries are copied to the rows. If groups share an
-entry, a scene is built for every case. A scene is also built for each case with another structure.
+``parameters_without_scene_builds`` writes the entries of the rows directly. This is possible in three cases: the value is an entry
+of the table of parameters (friction, springs, dampers, drives, …), entries are copies of the value, or a formula gives the entries.
+For any other group, a scene is built once for each distinct value, and its changed entries are copied to the rows. If groups share
+an entry, a scene is built for every case. A scene is also built for each case with another structure.
 """
 
 from __future__ import annotations
@@ -80,8 +80,8 @@ class _Entry:
 
 
 class Preparer:
-    """Converts values (cases × paths) to rows for the C loop. The preparer caches built scenes. Several threads may use a preparer;
-    they take turns. ends: bounds of the values (2 × paths), if known. start: the result of ``build_with_starts``, if known."""
+    """Converts values (cases × paths) to rows for the C loop. The preparer caches built scenes. Several threads may use a preparer
+    in turn. ends: bounds of the values (2 × paths), if known. start: the result of ``build_with_starts``, if known."""
 
     def __init__(
         self, scene: Scene, paths: Sequence[str], run: Run, ends: np.ndarray | None = None, start: Built | None = None

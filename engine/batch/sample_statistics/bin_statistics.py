@@ -130,7 +130,7 @@ class Bins:
 
 @dataclass(frozen=True)
 class Within:
-    """A condition on cases: the number in a column lies from low to high, or the text in a column is one of some words."""
+    """A condition on cases. Either the number in a column lies from low to high, or the text in a column is one of some words."""
 
     name: str
     low: float = -inf

@@ -1,9 +1,9 @@
 """Quantiles of a sample's results, and probabilities of exceeding a bound, with intervals.
 
 The interval of a quantile lies between two order statistics. The ranks of these order statistics determine the confidence, for any
-distribution. Clopper and Pearson's formula gives the interval of a probability. A case without a value counts as the smallest value
-at the lower end of an interval, and as the largest value at the upper end. Therefore the intervals are valid for any value of such
-a case.
+distribution. Clopper and Pearson's formula gives the interval of a probability. At the lower end of an interval, a case without a
+value counts as the smallest value. At the upper end, the case counts as the largest value. Therefore the intervals are valid for
+any value of such a case.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Values of arguments and options. A reader collects all mistakes, so that a command reports them at once."""
+"""Values of arguments and options. A reader collects all mistakes, so that a command reports all mistakes at once."""
 
 from __future__ import annotations
 

@@ -48,8 +48,8 @@ def read_queries(quantiles: Sequence[str], above: Sequence[str], picture: Path |
 
 
 def sample_statistics(result: Sweep, queries: SampleQueries) -> tuple[dict[str, Any], list[str]]:
-    """The requested statistics as plain data and as text. For a Saltelli sample, they always include the Sobol indices. Draws the
-    requested picture."""
+    """The requested statistics as plain data and as text. For a Saltelli sample, the statistics always include the Sobol indices.
+    Draws the requested picture."""
     from trunnion.batch.sample_statistics.quantiles_and_probabilities import USUAL
 
     crossed = result.plan.cases.sampling == "saltelli"

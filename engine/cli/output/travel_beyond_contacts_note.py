@@ -12,7 +12,7 @@ from trunnion.scene.signals.registry import given
 
 def contact_travel_notes(scene: Scene) -> list[str]:
     """Notes on sliding joints that move beyond the contacts at the ends of their inboard part. Perhaps the contacts of such a joint
-    are at the ends of its outboard part."""
+    belong at the ends of its outboard part."""
     notes = []
     for name, j in scene.joints.items():
         rub = j.friction

@@ -175,7 +175,7 @@ class BodyConverter:
                 self.linkage.lift(self.names.new(f"{name}_lift", "force"), name, share)
 
     def _tune_springs(self) -> None:
-        """Compute stiffness and damping of those springs for which the file gives time constant and damping ratio in the initial
+        """Compute stiffness and damping of the springs for which the file gives time constant and damping ratio in the initial
         pose."""
         swinging = {f.name: f.swing for f in self.freedoms if f.swing and f.kind.nv == 1}
         if not swinging:

@@ -36,7 +36,7 @@ class Settings:
     total         total mass, kg; 0 means no scaling
     meshes        folder of the meshes
     strip         whether folders in mesh file names are ignored
-    align         whether free joints without child bodies are aligned, unless they say otherwise
+    align         whether free joints without child bodies are aligned by default
     """
 
     degrees: bool = True

@@ -31,8 +31,8 @@ class MjcfJoint:
     name    name of the scene's joint
     start   initial coordinates that are not zero
     limits  smallest and largest coordinate
-    swing   time constant, s, and damping ratio of its spring and damper in the initial pose
-    frame   of a free joint: the frame in the body that its coordinates refer to; None if it is not known
+    swing   time constant, s, and damping ratio of the joint's spring and damper in the initial pose
+    frame   for a free joint: frame in the body to which the coordinates refer; None if unknown
     """
 
     type: str

@@ -70,7 +70,7 @@ def _actuators(model: Model, bodies: BodyConverter) -> None:
 
 
 def _keyframe(model: Model, bodies: BodyConverter) -> None:
-    """Set the start values to the first keyframe with coordinates or rates, if there is one."""
+    """Set the start values to the first keyframe with coordinates or rates, if the file has such a keyframe."""
     key = next((k for k in model.entries("keyframe") if k.tag == "key" and (k.get("qpos") or k.get("qvel"))), None)
     if key is None:
         return
@@ -93,7 +93,7 @@ def _keyframe(model: Model, bodies: BodyConverter) -> None:
 
 
 def _key_numbers(model: Model, key: Element, freedoms: list[MjcfJoint], name: str) -> list[list[float]] | None:
-    """The coordinates (qpos) or rates (qvel) of each joint in a keyframe; None if the keyframe does not give them."""
+    """The coordinates (qpos) or rates (qvel) of each joint in a keyframe; None if the keyframe does not give these numbers."""
     counts = [f.kind.nq if name == "qpos" else f.kind.nv for f in freedoms]
     given = model.found.numbers(key, name, key.get(name), (sum(counts),)) if key.get(name) else None
     ends = np.cumsum(counts)
@@ -102,7 +102,8 @@ def _key_numbers(model: Model, key: Element, freedoms: list[MjcfJoint], name: st
 
 def _body_start(f: MjcfJoint, at: list[float], rates: list[float]) -> tuple[list[float], list[float]]:
     """(coordinates, rates) of a ball or a free joint in the scene. MuJoCo gives angular velocities in the axes of the moving body.
-    Scenes give them in the axes of the inboard part. The coordinates of an aligned free joint place the frame ``f.frame``."""
+    Scenes give angular velocities in the axes of the inboard part. The coordinates of an aligned free joint place the frame
+    ``f.frame``."""
     moved = of_quaternion(at[-4:])
     spin = moved @ rates[-3:]
     if len(rates) == 3:

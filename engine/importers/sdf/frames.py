@@ -20,7 +20,7 @@ class Frame:
     """A frame.
 
     at         pose relative to the frame ``within``
-    held_by    full name of the link or frame that the frame moves with; "" if the frame is that of a link
+    held_by    full name of the link or frame that the frame moves with; "" for the frame of a link
     placement  for a model: full name of the frame to which ``at`` applies, if not to the model's own frame
     """
 

@@ -37,7 +37,7 @@ def scene_of_sdf(file: str | Path, stops: float | None = None) -> tuple[Scene, l
     return scene, found.notes
 
 PARALLEL = 1.0 - 1e-9
-"""Cosine between two axes above which they count as parallel."""
+"""Two axes count as parallel if the cosine between them is above this value."""
 
 
 class SdfReader:

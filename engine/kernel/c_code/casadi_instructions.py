@@ -113,8 +113,8 @@ def _asked(f: ca.Function, k: int) -> Instruction:
 
 
 def _learn(f: ca.Function, k: int, form: str, line: str) -> bool:
-    """Store the operation and operands of a form if CasADi's answer about instruction k agrees with its printed line. Returns
-    whether they agree."""
+    """Store the operation and operands of a form if CasADi's answer about instruction k agrees with the printed line. Returns
+    whether answer and line agree."""
     op, value, operands = _asked(f, k)
     numbers = tuple(map(int, RESULT.findall(line)))
     if numbers != (operands if op == ca.OP_OUTPUT else (value, *operands)):

@@ -17,7 +17,7 @@ from trunnion.kernel.c_code.casadi_instructions import Instruction, assignments
 SX = ca.SX
 PIECE = 2500
 """Number of operations per C function. Above a few thousand, compile time grows faster than linearly. Pieces of 300 or 600
-operations would compile in four fifths of the time, but stepping units would run 10 to 15 percent longer, and dense Jacobians 3
+operations would compile in four fifths of the time. Stepping units would then run 10 to 15 percent longer, and dense Jacobians 3
 percent."""
 
 SCRATCH = "s_"

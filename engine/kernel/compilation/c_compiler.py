@@ -36,8 +36,8 @@ loops are written with vectors (``base/compiler.h``). Frame pointers are off, be
 STRAIGHT = ("-fno-slp-vectorize",)
 LONG_TEXT = {"kernel": 41_000, "outputs": 0, "linear": 0, "jacobian": 11_000}
 """Number of characters of a unit's text above which straight-line code is not vectorised. This vectorisation takes half of the
-compile time. It makes short stepping units up to 10 percent faster (double pendulum, 33,000 characters: 5 percent). Units above
-43,000 characters become 2 to 4 percent slower, and rows of columns 2 percent (twelve models: 0 to 6)."""
+compile time. The vectorisation makes short stepping units up to 10 percent faster (double pendulum, 33,000 characters: 5 percent).
+Units above 43,000 characters become 2 to 4 percent slower, and rows of columns 2 percent (twelve models: 0 to 6)."""
 LONG_PART = 30_000
 """Like ``LONG_TEXT``, for a bytecode primitive. Without this vectorisation, free bodies and ball joints with friction compile
 in half of the time. The run times of five models then changed by −3 to +7 percent."""
@@ -48,7 +48,7 @@ surrounding text, so the last bit of a column would depend on the other columns.
 up to 3 percent longer."""
 QUICK = ("-O0", "-fno-sanitize=all", "-fno-stack-protector")
 """Flags for fast builds, which take a third of the compile time and give steps that are a sixth slower. Without optimisation, this
-compiler would add run-time checks. They are off, because they would cancel the gain."""
+compiler would add run-time checks. The checks are off, because they would cancel the gain."""
 
 
 @dataclass(frozen=True)
@@ -211,7 +211,7 @@ def run(arguments: Sequence[str], cache: Path) -> None:
 
 
 def _zig(arguments: Sequence[str], shared: Path, own: Path) -> tuple[int, str]:
-    """Exit code and output of the compiler when it runs with these caches."""
+    """Exit code and output of a run of the compiler with these caches."""
     env = dict(os.environ, ZIG_GLOBAL_CACHE_DIR=str(shared), ZIG_LOCAL_CACHE_DIR=str(own))
     return compiler_processes.run([str(_program()), "cc", *arguments], env)
 
@@ -228,7 +228,7 @@ def needed(who: str, what: str, instead: str = "") -> None:
 
 @lru_cache(maxsize=1)
 def _program() -> Path:
-    """The compiler's executable in the package ``ziglang``. (``python -m ziglang`` would start it through another Python
+    """The compiler's executable in the package ``ziglang``. (``python -m ziglang`` would start the compiler through another Python
     interpreter.)"""
     found = find_spec("ziglang")
     if found is None or found.origin is None:
@@ -278,7 +278,7 @@ def build_library(
     if made_for.system == "windows":  # without the start files of Windows, the compiler does not find the headers of Windows
         everything = (*sources, *ADDED_SOURCES["windows"])
         sources = [_object(source, library.parent, options + folders, cache) for source in everything]
-        options.append("-s")  # strip symbols: they contain the path of the build folder
+        options.append("-s")  # strip symbols, which contain the path of the build folder
     run([*options, "-shared", *map(str, sources), *folders, "-o", str(library), *link], cache)
 
 

@@ -87,7 +87,7 @@ def _files(folder: str, suffixes: tuple[str, ...]) -> Iterator[os.DirEntry[str]]
 
 def entry(name: str, make: Callable[[Path], None]) -> tuple[Path, bool]:
     """Folder of the entry ``name``. If the entry is missing, ``make(folder)`` fills a new folder. Returns the folder, and whether
-    it was made now."""
+    this call made the folder."""
     home = cache_folder()
     folder = home / name
     if (folder / "complete").exists():
@@ -148,7 +148,7 @@ def _is_compilers(path: Path) -> bool:
 
 
 def _size(path: Path) -> int:
-    """Bytes of all files in a folder. A file that disappears meanwhile does not count."""
+    """Bytes of all files in a folder. A file that disappears during the count does not count."""
     total = 0
     with suppress(OSError), os.scandir(path) as found:  # os.walk takes a quarter of the time of rglob
         for f in found:

@@ -5,7 +5,7 @@
  * with an unstable root, is not `good`. The case of such a lane searches other roots outside the lanes. No friction pair in lanes
  * is held at rest. */
 #if NETA
-#define MODES (2 + NSTOPS) /* offset of the modes in x, after the time and the flags of stops */
+#define MODES (2 + NSTOPS) /* offset of the modes in x, after the moment (two numbers) and the flags of stops */
 #define MODE_NUMBERS 5
 #define SLIDING_NUMBERS 3
 #if NETA <= 4
@@ -107,7 +107,7 @@ static tr_bits solve_friction(V *A, V *b, tr_bits &negative) {
 }
 #endif
 
-/* Add the step r to η in the lanes m. step and size receive the largest components of r and η, as surface forces, or NaN. */
+/* Add the step r to η in the lanes m. step receives the largest component of r, size that of η, as surface forces, or NaN. */
 INLINE void take_step(const Lanes &s, tr_bits m, const V *r, V *eta, V &step, V &size) {
   step = size = 0.0;
   for (int i = 0; i < NETA; ++i) {

@@ -39,7 +39,8 @@ def lanes_text(kernel: str, sizes: Mapping[str, int]) -> str:
 
 
 def columns_text(outputs: str, sizes: Mapping[str, int]) -> str:
-    """C++ text that computes the columns of several rows at once. It is made from the C text of the output unit and its sizes."""
+    """C++ text that computes the columns of several rows at once. The text is made from the C text of the output unit and its
+    sizes."""
     named = "".join(f", {n} = {sizes[n.lower()]}" for n in ("NCO", "NEXTRA", "NOUT"))
     head = f'#define WIDTH {WIDTH}\n#include "tr_abi.h"\n{NUMBERS}enum {{COLUMNS{named}}};\n'
     return head + _header(HEADERS[0]) + generated(outputs, COLUMNS_TABLES) + _header("output_columns")

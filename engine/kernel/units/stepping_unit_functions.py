@@ -1,5 +1,5 @@
-"""Functions of the stepping unit outside its stages. They compute closure of loops, depths of end stops, friction laws, static
-friction capacities, coordinate rates, energies and all constants."""
+"""Functions of the stepping unit outside its stages. These functions compute closure of loops, depths of end stops, friction laws,
+static friction capacities, coordinate rates, energies and all constants."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ def closure_function(m: Model) -> Code:
 
 def stops_function(m: Model) -> Code:
     """C function of the depth by which every end stop is compressed. The depth of an open stop is negative. After the depths, the
-    output has one more value for each stop. For an end stop, it is the factor of the elastic force, which is 0 at release
-    (``stop_push``). For a hook, it is the excess of its signal over the release value. For a unilateral joint, it is the
-    coefficient of restitution. The positions in curves and fields come last (``system.structure.curve_positions``)."""
+    output has one more value for each stop. For an end stop, the value is the factor of the elastic force, which is 0 at release
+    (``stop_push``). For a hook, the value is the excess of its signal over the release value. For a unilateral joint, the value is
+    the coefficient of restitution. The positions in curves and fields come last (``system.structure.curve_positions``)."""
     sym = m.sym
     depths: list[SX] = [SX(0)] * sym.system.stops
     pushes: list[SX] = [SX(1)] * sym.system.stops

@@ -40,8 +40,8 @@ class Compare:
 class Profile:
     """A parameter's profile.
 
-    value: the estimate. deviation: the local standard deviation (infinite if there is none). values, rises: points of the profile
-    (k each). ends, kinds: both ends of the interval, and their kinds. At an end of kind "found", the profile crosses the threshold.
+    value: the estimate. deviation: the local standard deviation, or infinity. values, rises: points of the profile (k each). ends:
+    both ends of the interval. kinds: their kinds. At an end of kind "found", the profile crosses the threshold.
     """
 
     path: str
@@ -60,7 +60,7 @@ def draw_fit(
     """Draw curves with their misfits, profiles with the threshold ``rise`` of the given level, and the correlation of the
     parameters.
 
-    correlation: m × m. It is drawn only if there are several parameters.
+    correlation: m × m. The correlation is drawn only if there are several parameters.
     """
     from matplotlib.figure import Figure
 

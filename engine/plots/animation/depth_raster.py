@@ -12,8 +12,8 @@ LIGHT = np.array([-0.35, 0.75, 0.6]) / np.linalg.norm([-0.35, 0.75, 0.6])
 DARK, DULL, BRIGHT = 0.38, 0.68, 0.36
 """DARK: brightness of edges. DULL: brightness of an unlit face. BRIGHT: brightness that light adds to a face."""
 NEARER = 2e-3
-"""Lines lie on faces. They are shifted towards the viewer by this fraction of the picture's width, so that the faces do not hide
-them."""
+"""Lines on faces are shifted towards the viewer by this fraction of the picture's width, so that the faces do not hide the
+lines."""
 CREASE = np.cos(np.radians(40.0))
 
 
@@ -21,8 +21,8 @@ CREASE = np.cos(np.radians(40.0))
 class Solid:
     """A mesh for ``Sheet.solid``: vertices (n × 3), triangles (m × 3), the face of each triangle, normals of the faces.
 
-    creases: edges (k × 2) that are always drawn. smooth: edges (l × 2) that are drawn only on the outline, where only one of their
-    two faces (``sides``) faces the viewer.
+    creases: edges (k × 2) that are always drawn. smooth: edges (l × 2) that are drawn only on the outline. There, only one of the
+    two faces (``sides``) at the edge faces the viewer.
     """
 
     vertices: np.ndarray

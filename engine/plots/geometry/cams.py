@@ -46,8 +46,8 @@ def mounted(s: JointSide, mesh: Mesh) -> Mesh:
 
 
 def outline(j: sm.Joint) -> np.ndarray:
-    """The edge of a cam along e2 and e3 (n×2), m: the follower's path minus the roller's radius, or the envelope of a flat
-    follower."""
+    """The edge of a cam along e2 and e3 (n×2), m. The edge is the follower's path minus the roller's radius, or the envelope of a
+    flat follower."""
     given = j.profile
     assert given is not None
     curve = profile(given, 0.0)

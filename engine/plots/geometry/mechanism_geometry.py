@@ -162,8 +162,8 @@ def _part(scene: sm.Scene, name: str, i: int, size: float, rims: list[Mesh], gra
 
 
 def _mesh(scene: sm.Scene, name: str, b: sm.Body, points: dict[str, np.ndarray], size: float, grain: Grain) -> Mesh:
-    """The surface or the shape of a body. A body without them is drawn as rods from its mass centre to its joints and named
-    points."""
+    """The surface or the shape of a body. A body without surface and shape is drawn as rods from its mass centre to its joints and
+    named points."""
     if b.surface is not None:
         spots, faces = unpacked(b.surface)
         return meshes.surface(np.array(spots) - np.array(b.center, float), np.array(faces))

@@ -94,8 +94,8 @@ def reach(scene: Scenery, moved: Motion, view: np.ndarray) -> tuple[np.ndarray, 
     """(middle of the motion in the world's axes; width and height of the motion in a view's axes; width and height of the
     mechanism).
 
-    The mechanism's width and height are measured about the mean of its mass centres. They are the largest values over a sample of
-    rows.
+    The mechanism's width and height are measured about the mean of its mass centres. Width and height are the largest values over a
+    sample of rows.
     """
     low, high, near = np.full(3, np.inf), np.full(3, -np.inf), np.zeros(3)
     lines = (*scene.springs, *scene.rods)
@@ -157,7 +157,7 @@ def arrow_scale(result: Result, scene: Scenery) -> float:
 
 
 def pressure_scale(result: Result, scene: Scenery) -> float:
-    """The 98th percentile, Pa, of the nominal pressures (normal force per projected area). Without contacts, it is 0."""
+    """The 98th percentile, Pa, of the nominal pressures (normal force per projected area). Without contacts, the result is 0."""
     return max(0.0, _largest_usual([force / area for area, force in _normal_forces(result, scene) if area > 0]))
 
 

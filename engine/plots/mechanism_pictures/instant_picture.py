@@ -35,8 +35,8 @@ Polygon = tuple[float, np.ndarray, tuple[float, ...], tuple[float, ...]]
 COILS, WIDTH = 9, 0.05
 """COILS: number of corners of a spring's zigzag. WIDTH: half width of the zigzag, divided by its length."""
 START_TIME, ASSEMBLY_TIME = 1e-3, 1e-9
-"""Durations, as fractions of the scene's end time, of the short runs for a picture at time 0 (START_TIME) and for the assembled
-start (ASSEMBLY_TIME)."""
+"""Durations of short runs, as fractions of the scene's end time. START_TIME: for a picture at time 0. ASSEMBLY_TIME: for the
+assembled start."""
 ARROW_LOOK: dict[str, Any] = {"arrowstyle": "-|>", "color": ARROW, "lw": 1.4, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11}
 
 

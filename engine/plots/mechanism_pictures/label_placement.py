@@ -96,7 +96,7 @@ def place_labels(names: list[Name], frame: np.ndarray) -> list[Name]:
 
 
 def _places(name: Name) -> np.ndarray:
-    """Boxes to try for a name, nearest first. They are the middle of a body, then rings around the named place."""
+    """Boxes to try for a name, nearest first. The boxes are the middle of a body, then rings around the named place."""
     angle = 2 * np.pi * np.arange(AROUND) / AROUND + np.pi / 4
     way = np.column_stack((np.cos(angle), np.sin(angle)))
     half = name.size / 2

@@ -16,7 +16,7 @@ OPEN = ("#9A9A9A", "no contact")
 ARROW = "#B00020"
 JOINT = "#6B6F76"
 PRESSURE = ("#E9A43B", "#D8344F", "#9B3FD1")
-"""Colours of the nominal pressure, from 0 to the largest pressure. They are visible on light and dark pages, and they also differ
+"""Colours of the nominal pressure, from 0 to the largest pressure. The colours are visible on light and dark pages, and also differ
 in lightness."""
 
 

@@ -22,7 +22,7 @@ def make_panels(count: int, columns: int, size: tuple[float, float], **look: Any
 
 
 def with_unit(name: str, unit: str) -> str:
-    """A name, and its unit in parentheses if it has one."""
+    """A name, followed by its unit in parentheses, if there is a unit."""
     return name if unit in ("", "1") else f"{name} ({unit})"
 
 

@@ -42,8 +42,8 @@ static fmu_status fmu_set_off(fmu_instance *m) {
   return fmu_take_over(m);
 }
 
-/* The latest end of the internal steps towards `target`. Normally this time is beyond `target`. After a change by the host it is
- * `target`, because another change is likely and would discard all work beyond `target`. */
+/* The latest end of the internal steps towards `target`. Normally this time is beyond `target`. After a change by the host, this
+ * time is `target`, because another change is likely and would discard all work beyond `target`. */
 static double fmu_limit(const fmu_state *s, double target, double h) { return s->moved ? target : target + LOOKAHEAD_STEPS * h; }
 
 /* Largest number of internal steps in a communication step. */

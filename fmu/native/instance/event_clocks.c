@@ -14,7 +14,7 @@ static void fmu_forget_events(fmu_state *s) {
   for (int i = 0; i < MODEL->kernel->nsliders; ++i) FMU_A(s, heard)[i] = FMU_A(s, given_up)[i] = -INFINITY;
 }
 
-/* Whether event e is a reversal that a look-ahead reported before the run recorded it. */
+/* Whether event e is a reversal that a look-ahead reported before the run recorded the event. */
 static int fmu_is_heard(const fmu_state *s, const tr_event *e) {
   return e->kind == TR_EV_REVERSAL && fmu_same_event(e->time, FMU_A(s, heard)[(int)e->index]);
 }

@@ -9,7 +9,7 @@
 typedef struct fmu_sight {
   int ended, event;  /* ended: status of the copy's step; event: whether an event was found */
   int same;          /* whether the run would have made the same steps as the copy; the copy can then replace the run */
-  double time, known; /* time of the first event, and time at which it is recorded, s; INFINITY if there is no event */
+  double time, known; /* time of the first event, and time of its record, s; INFINITY if there is no event */
   int ndue;
   tr_event due[DUE]; /* found events */
 } fmu_sight;
@@ -38,8 +38,8 @@ static int fmu_new_events(const fmu_state *s, double from, fmu_sight *sight) {
   return found;
 }
 
-/* Whether a friction pair of the copy is in its proportional zone and has reversed by `until`, and the reversal is neither reported
- * nor given up. give_up: give up the found reversals. The look-ahead does not wait for the records of these reversals. */
+/* Whether a friction pair of the copy is in its proportional zone and has reversed by `until`. Reversals that are reported or given
+ * up do not count. give_up: give up the found reversals. The look-ahead does not wait for the records of these reversals. */
 static int fmu_unsure(const fmu_instance *m, double until, int give_up) {
   int found = 0;
   for (int i = 0; i < MODEL->kernel->nsliders; ++i) {
@@ -60,7 +60,7 @@ static int fmu_in_zone(const fmu_instance *m) {
   return 0;
 }
 
-/* Advance the copy to time t. Events on the way do not stop the copy; they are added to `sight`. Returns whether the copy reached
+/* Advance the copy to time t. Events on the way do not stop the copy, but are added to `sight`. Returns whether the copy reached
  * t. */
 static int fmu_go_past(fmu_instance *m, double t, double limit, double from, fmu_sight *sight) {
   tr_sim *sim = FMU_SIM(m->ahead);
@@ -149,7 +149,7 @@ static fmu_status fmu_stop_before_record(fmu_instance *m, const fmu_sight *sight
 }
 
 /* The time up to which there is certainly no event. This time is the end of the pending step. If a friction pair can reverse in the
- * step, it is the beginning of the step. */
+ * step, the time is the beginning of the step. */
 static double fmu_seen(const fmu_instance *m) {
   const tr_sim *sim = FMU_SIM(m->ahead);
   return sim->pending.kind == TR_NOTHING || fmu_in_zone(m) ? tr_time(sim) : sim->pending.t;
@@ -172,7 +172,7 @@ static fmu_status fmu_go_to_event(fmu_instance *m, double target, double h) {
   return fmu_arrived(m, TR_DONE, target);
 }
 
-/* After the host handled an event, update the outputs to the values just after it. */
+/* After the host has handled an event, update the outputs to the values just after the event. */
 static fmu_status fmu_after_event(fmu_instance *m) {
   fmu_state *s = m->state;
   fmu_handled(s);

@@ -72,7 +72,8 @@ static void fmu_say_slower(fmu_instance *m, const fmu_input *in, double asked, c
           "or couple by torque", name, asked, in->last_t - in->before_t, used);
 }
 
-/* Warn once that a motion and the source of its input drive each other up. The force on the source acts one communication step late. */
+/* Warn once that a motion and the source of its input make each other grow. The cause is that the force on the source acts one
+ * communication step late. */
 static void fmu_say_swings(const fmu_instance *m, fmu_input *in, const char *name) {
   if (in->swings != SWINGS) return;
   in->swings += 1.0;

@@ -3,7 +3,7 @@
 #define LEAST_GIVEN_RTOL 1e-14 /* bounds of relative tolerances: smaller ones are round-off, larger ones give useless results */
 #define MOST_RTOL 0.1
 
-/* The reason why an instance of this type and GUID cannot be created; NULL if it can be created. */
+/* The reason why an instance of this type and GUID cannot be created; NULL if there is no such reason. */
 static const char *fmu_refusal(int type, const char *guid) {
   if (!(MODEL->types & type))
     return type == FMU_EXCHANGE ? "this FMU is only for co-simulation" : "this FMU is only for model exchange";

@@ -100,7 +100,7 @@ typedef struct fmu_model {
   const int *derivative; /* for each derivative input: 2 · index of its input, + 1 for the second derivative */
   const int *whole;      /* for each variable: 1 for an integer variable, else 0 */
   const int *slope;      /* for each output: index of its time derivative among the outputs; −1: none; −2: discrete output */
-  const int *integral;   /* for each output: 1 if it is computed from integrated powers (works), else 0 */
+  const int *integral;   /* for each output: 1 if computed from integrated powers (works), else 0 */
   const tr_kernel *kernel;
   const tr_outputs *columns;
   const tr_jacobian *jacobian;
@@ -182,7 +182,7 @@ typedef struct fmu_state {
   int event;      /* whether the run is at an event; the outputs are then the values just before the event */
   double seen;    /* no event happens up to this time, s, unless the host changes something */
   double stride;  /* longest communication step so far */
-  int certified;  /* what a host reads as an output. 1: its error estimate; -1: NaN (estimates are no longer valid); 0: its value */
+  int certified;  /* the number that a host reads as an output. 1: error estimate; -1: NaN (the estimates are invalid); 0: value */
   double apart;   /* last time at which both runs had the same number of events, s */
   int settings, trial, inputs, sources, row, ticks, heard, given_up, sim, other, errors, second; /* offsets behind this struct, doubles */
 } fmu_state;

@@ -53,7 +53,7 @@ static int fmu_refit(fmu_state *s) {
   return tr_refit(FMU_SIM(s), MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
 }
 
-/* Apply fmu_refit to the second run, if there is one. Returns whether its contents are valid. */
+/* Apply fmu_refit to the second run, if the model has one. Returns whether the contents of the second run are valid. */
 static int fmu_refit_second(fmu_state *s) {
   if (!s->certified) return 1;
   if (!MODEL->erring || s->certified > 1 || s->certified < -1) return 0;

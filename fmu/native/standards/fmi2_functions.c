@@ -11,7 +11,7 @@ fmi2Status fmu_fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, co
   return fmi2OK;
 }
 
-/* Pass a message to the host. "%" is replaced by a space, because the host would interpret it as a format. */
+/* Pass a message to the host. "%" is replaced by a space, because the host would interpret "%" as a format. */
 static void fmi2_say(const fmu_host *host, const char *name, fmu_status status, const char *category, char *text) {
   for (char *c = text; *c; ++c)
     if (*c == '%') *c = ' ';

@@ -31,8 +31,8 @@ CELL = list[float | None] | None
 
 
 class AxisDocument(BaseModel):
-    """An axis: bin i is between edges i and i + 1. If the column has few distinct values, ``values`` lists them, one for each
-    bin."""
+    """An axis: bin i is between edges i and i + 1. If the column has few distinct values, ``values`` lists these values, one for
+    each bin."""
 
     name: str
     unit: str
@@ -43,8 +43,7 @@ class AxisDocument(BaseModel):
 
 class CellsDocument(BaseModel):
     """The non-empty bins. x, y: indices on the axes. cases: number of cases. first: the first case. outcomes: number of cases by
-    outcome. known, least, mean, largest: for the column ``of``, the number of cases with a value, and their least, mean and largest
-    value."""
+    outcome. known: number of cases with a value in the column ``of``. least, mean, largest: of these values."""
 
     x: list[int]
     y: list[int] | None

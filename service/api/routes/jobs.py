@@ -1,5 +1,4 @@
-"""/v1/jobs: submit a batch, derive a job from a job (rerun, extend), list jobs, read a job, cancel a job, follow the events of a
-job."""
+"""/v1/jobs: submit, list, read, cancel and follow jobs, and derive a job from a job (rerun, extend)."""
 
 from __future__ import annotations
 

@@ -101,7 +101,7 @@ def list_models(caller: Reader) -> Response:
 
 @lru_cache(maxsize=256)
 def _title(name: str) -> str:
-    """The title of a bundled model. The title is cached, because only a new installation can change it."""
+    """The title of a bundled model. The title is cached, because only a new installation can change the title."""
     return load_scene(model_file(name)).title
 
 

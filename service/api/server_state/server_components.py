@@ -44,7 +44,7 @@ Make = Callable[[], Iterator[bytes]]
 CHECK_PROCESSES, RUN_PROCESSES, EXPORT_PROCESSES = 2, 2, 2
 """Numbers of processes that check requests, that run scenes at once, and that export FMUs."""
 PROBE_SECONDS = 5.0
-"""If the database needs more time than this for a probe, s, it counts as not ready."""
+"""Longest time, s, of a probe of the database. If a probe takes longer, the database counts as not ready."""
 
 
 @dataclass(frozen=True)

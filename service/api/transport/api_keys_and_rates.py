@@ -108,7 +108,7 @@ class Rates:
         self.window = SlidingWindowCounterRateLimiter(MemoryStorage())
 
     def wait(self, who: str) -> int:
-        """Count a request. Returns 0 if the request is allowed, else the seconds until the next request is allowed."""
+        """Count a request. Returns 0 for an allowed request, else the seconds until the next request is allowed."""
         if self.item is None or self.window.hit(self.item, who):
             return 0
         return max(1, math.ceil(self.window.get_window_stats(self.item, who).reset_time - time.time()))

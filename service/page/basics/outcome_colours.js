@@ -30,7 +30,7 @@ export const isEarly = (name) => !WHOLE.includes(name);
 export const early = (job) => Object.entries(job.outcomes).reduce((sum, [name, n]) => sum + (isEarly(name) ? n : 0), 0);
 export const earlyText = (job) => (early(job) ? `${many(early(job))} of ${many(job.done)} ended early` : "");
 
-// An SVG mark for a legend. Screen readers ignore it.
+// An SVG mark for a legend. Screen readers ignore the mark.
 function drawn(width, height, box, path) {
   const [svg, line] = ["svg", "path"].map((tag) => document.createElementNS("http://www.w3.org/2000/svg", tag));
   for (const [name, value] of Object.entries({ viewBox: box, width, height, "aria-hidden": "true" })) svg.setAttribute(name, value);

@@ -119,7 +119,7 @@ export function number(x) {
 export const many = (n) => n.toLocaleString("en");
 export const few = (n, one, more = `${one}s`) => `${many(n)} ${n === 1 ? one : more}`;
 
-// Sets the options of a select element. The selected option stays selected if it still exists.
+// Sets the options of a select element. The selected option stays selected if the new options contain it.
 export function choices(select, options, first) {
   const before = select.value;
   select.replaceChildren(...options.map(([value, text, title]) => make("option", { value, title }, text ?? value)));

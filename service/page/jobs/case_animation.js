@@ -39,7 +39,8 @@ export async function start(now, scene, ended) {
   $("animation").hidden = false;
 }
 
-// Offers cases for the animation. The shown case stays selected if it is among them. Otherwise the first case is selected.
+// Offers cases for the animation. If the shown case is among the offered cases, it stays selected. Otherwise the first case is
+// selected.
 export function offer(now, numbers) {
   const before = job?.id === now.id ? $("moving").value : "";
   job = now;

@@ -1,4 +1,4 @@
-// Compares jobs: shows the differences of their requests, and plots a result of each job over the same varied number.
+// Compares jobs. Shows the differences of their requests, and plots a result of each job over a common varied number.
 
 import { $, ask, choices, few, fill, make, many, number, wrong } from "../basics/requests_and_dom.js";
 import * as charts from "../plots/plotly.js";

@@ -65,7 +65,8 @@ function written(row) {
   row.querySelector(".values").value = ends.some(Boolean) ? ends.join(":") : "";
 }
 
-// Adds a row for a varied number: path, ends of its range or a text, and a note with the present value or a problem.
+// Adds a row for a varied number. The row has the path, the ends of the range or a text, and a note with the present value or a
+// problem.
 export function axis(path, values, suggested, changed) {
   const id = `axis${Math.random().toString(36).slice(2)}`, about = { "aria-describedby": id, autocomplete: "off" };
   const input = make("input", { class: "path", list: "paths", value: path, "aria-label": "number of the scene", spellcheck: "false", ...about });

@@ -157,7 +157,7 @@ async function check(signal) {
   await checkRequest(signal);
 }
 
-// Shows and returns the problems of a refused request. The user cannot submit the form while it has problems.
+// Shows and returns the problems of a refused request. While the form has problems, the user cannot submit it.
 function refused(e, where, box, jump) {
   const problems = e.problems?.length ? e.problems : [{ where, what: e.message }];
   box.className = "verdict bad";

@@ -20,8 +20,8 @@ export function begin(onChange) {
   $("redo").addEventListener("click", () => step(false));
 }
 
-// Records a change of the text. Undo reverts it together with the change before, if both have the same name and at most `pause` ms
-// lie between them.
+// Records a change of the text. Undo reverts two consecutive changes together if they have the same name and at most `pause` ms lie
+// between them.
 function note(name, pause = Infinity) {
   const now = performance.now();
   if (last.name !== name || now - last.time > pause) past = [...past, last.text].slice(-MOST);

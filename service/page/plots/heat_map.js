@@ -35,7 +35,7 @@ function failing(got, at = null) {
   }).filter((t) => t.x.length);
 }
 
-// The ends of the colour scale, chosen so that a few far outliers do not extend it; {} (Plotly's default) if there are no outliers.
+// The ends of the colour scale, chosen so that a few far outliers do not extend the scale; {} (Plotly's default) without outliers.
 export function span(values) {
   const known = values.filter((v) => v != null).sort((a, b) => a - b), at = (part) => known[Math.round(part * (known.length - 1))];
   if (known.length < 20) return {};

@@ -1,4 +1,4 @@
-// The camera. It has the axes of the view, fits the motion into the free part of the window, and converts points to pixels.
+// The camera. The camera has the axes of the view, fits the motion into the free part of the window, and converts points to pixels.
 "use strict";
 
 const FIELD = Math.tan(0.5 * 22 * Math.PI / 180); // half of the visible height, divided by the distance of the eye

@@ -51,7 +51,7 @@ function solid(mesh) {
   return { surface: new Float32Array(surface), creases: new Float32Array(creases), smooth: new Float32Array(smooth) };
 }
 
-// The smooth edges on the outline: one of the two faces at the edge faces the eye, the other does not. eye: (position, 1) or
+// The smooth edges on the outline. At such an edge, only one of the two faces faces the eye. eye: (position, 1) or
 // (direction, 0), in the shape's axes.
 function rim(smooth, eye) {
   const out = [], [x, y, z, w] = eye;
