@@ -63,7 +63,7 @@ from __future__ import annotations
 
 from importlib import import_module
 
-TYPE_CHECKING = False  # ``typing`` takes as long as Python's own start
+TYPE_CHECKING = False  # the import of ``typing`` takes as long as the start of Python
 if TYPE_CHECKING:
     from trunnion.analysis.fits.experiment_design import Experiment, RankedExperiment, propose
     from trunnion.analysis.fits.measurements import MeasuredRun
@@ -132,7 +132,7 @@ _MODULES = {
 }
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}
 
-if not TYPE_CHECKING:  # type checkers use the imports above; with __getattr__ they would accept every name
+if not TYPE_CHECKING:  # hidden from type checkers: with __getattr__, a type checker would accept every name
 
     def __getattr__(name: str) -> object:
         """Load a public name from its module."""

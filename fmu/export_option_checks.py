@@ -25,8 +25,9 @@ def apart(
     certify: bool = False,
     scalars: bool = False,
 ) -> list[Problem]:
-    """Problems of the requested standard and type, and of options that exclude each other. sources: the kernel, if C sources are
-    requested, else None. certify: whether error estimates are requested. scalars: whether arrays are excluded."""
+    """Problems of the requested standard and type, and of options that exclude each other. sources: the name of the kernel if C
+    sources are requested, else None. certify: whether error estimates are requested. scalars: whether the FMU must not have
+    arrays."""
     wrong = [] if parameters is None else destination_problems(str(parameters), (".ssv",), "--parameters-file")
     exchange = kind in KINDS and does(kind, "me")
     checks = (

@@ -47,13 +47,13 @@ EVERYTHING = ("*",)
 WHOLE = ("gravity*", "bodies.*", "forces.*")
 """Patterns of vectors. With ``whole_vectors``, all components of these vectors are parameters, including components that are 0."""
 Progress = Callable[[str, int, int], None]
-"""A callback with the arguments: text of the present work, number of finished parts, number of all parts."""
+"""A callback. Its arguments are the text of the present work, the number of finished parts, and the number of all parts."""
 
 
 @dataclass(frozen=True)
 class Export:
     """An exported FMU. bytes: size of the file. variables: number of variables by causality. operations: upper bound of the
-    floating-point operations of a real-time step; None if the scene has no bounded steps."""
+    floating-point operations of a real-time step; None if the scene has no real-time steps."""
 
     file: Path
     bytes: int
@@ -87,17 +87,18 @@ def export(
 ) -> Export:
     """Write an FMU.
 
-    scene, overrides, outputs: as in ``trunnion.simulate``. When neither the scene nor ``outputs`` selects columns, the most used
-    columns become outputs and all others local variables. flavour: native or python. platform: host, all, or names: linux64, win64,
-    darwin64, aarch64-darwin, aarch64-linux (FMI 2.0: alone), with FMI 3.0 also aarch64-windows; the python flavour supports linux64
-    and win64. step: default of solver.step, s (0: error control). kernel: compiled (fastest steps), parts (fastest export), or auto
-    (chosen by the structure of the scene, for long runs). whole_vectors: vector components that are 0 also become parameters;
-    normally the equations omit these components. fmi: 2 or 3; FMI 3.0 needs the native flavour. parameters: SSV file to which the
-    parameter values are written (FMI 2.0 only). sources: include the C sources (native flavour only). kind: cs (co-simulation), me
-    (model exchange, native flavour only), or both. certify: add the parameter ``solver.errors``; with the value 1, each output is
-    its error estimate. starts: start values of the FMU's parameters, in SI units; other names are ignored. scalars: FMI 3.0 without
-    arrays. reference: include results of the scene with their allowed differences (FMI-LS-REF). sums: the sources of inputs that
-    are sums. SceneError for wrong input, SimulationError when the scene cannot start."""
+    scene, overrides, outputs: as in ``trunnion.simulate``. If neither the scene nor ``outputs`` selects columns, the most used
+    columns become outputs. All other columns become local variables. flavour: native or python. platform: host, all, or names of
+    platforms: linux64, win64, darwin64, aarch64-darwin, aarch64-linux, and with FMI 3.0 also aarch64-windows. With FMI 2.0,
+    aarch64-linux excludes other platforms. The python flavour supports linux64 and win64. step: default of solver.step, s (0: error
+    control). kernel: compiled (fastest steps), parts (fastest export), or auto (chosen by the structure of the scene, for long
+    runs). whole_vectors: vector components that are 0 become parameters, too. Without this option, the equations omit these
+    components. fmi: 2 or 3; FMI 3.0 needs the native flavour. parameters: SSV file to which the parameter values are written (FMI
+    2.0 only). sources: include the C sources (native flavour only). kind: cs (co-simulation), me (model exchange, native flavour
+    only), or both. certify: add the parameter ``solver.errors``. If its value is 1, each output holds the output's error estimate.
+    starts: start values of the FMU's parameters by name, in SI units. Names that are not parameters are ignored. scalars: FMI 3.0
+    without arrays. reference: include results of the scene with their allowed differences (FMI-LS-REF). sums: for each input that
+    is a sum, its sources. SceneError for wrong input, SimulationError when the scene cannot start."""
     target, read, of = Path(file), Amounts(), kernel if sources else None
     step = read.time(step, "step")
     wrong = [*read.problems, *apart(flavour, fmi, parameters, kind, step, of, certify, scalars)]
@@ -157,7 +158,7 @@ def _libraries(made: ExportedScene, names: Sequence[str], tell: Progress) -> dic
 
 
 def _binaries(made: ExportedScene, flavour: str, libraries: dict[str, bytes]) -> dict[str, bytes]:
-    """The binaries and the files that they need, by path in the archive. libraries: compiled libraries by platform."""
+    """The binaries, and the files that the binaries need, by path in the archive. libraries: compiled libraries by platform."""
     if flavour == "python":
         return python_flavour.contents(made.identifier, made.guid, libraries)
     folders = platforms.NAMES[made.standard]
@@ -165,8 +166,8 @@ def _binaries(made: ExportedScene, flavour: str, libraries: dict[str, bytes]) ->
 
 
 def started(scene: Scene, outputs: Names | None, kernel: str) -> tuple[Model, Result]:
-    """The model, and the result of a run over the first millionth of the scene's duration. SimulationError when the scene cannot
-    start."""
+    """The model of a scene, and the result of a run over the first millionth of the scene's duration. SimulationError when the
+    scene cannot start."""
     c_compiler.needed("an FMU", "C code for its hosts")
     model = Model(scene, outputs, kernel, inf)
     sim = scene.simulation
@@ -222,7 +223,7 @@ class ExportedScene(ExportedModel):
         chosen, derived = self.model.columns, bool(system.inputs) or does(self.kind, "me")
         names = ",".join(c.name for c in chosen)
 
-        def make(folder: Path) -> None:  # the imports take longer than a warm export
+        def make(folder: Path) -> None:  # imported here, because these imports take longer than an export with a filled cache
             from trunnion.kernel.c_sources import PREAMBLE, jacobian_source, linear_source
             from trunnion.kernel.units.column_dependence import dependence
 
@@ -266,7 +267,7 @@ class ExportedScene(ExportedModel):
         }
         if not sources:
             return plain
-        from trunnion.fmu.c_source.source_files import with_sources  # needs the symbolic library, whose import takes long
+        from trunnion.fmu.c_source.source_files import with_sources  # imported here, as its import takes long
 
         return with_sources(plain, self)
 

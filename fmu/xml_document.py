@@ -12,8 +12,8 @@ def xml_bytes(root: Element) -> bytes:
 
 
 def with_prefix(root: Element, prefix: str) -> Element:
-    """The document with this prefix before the names of its elements that have none. Some readers of SSP files know elements only
-    by their usual prefixes."""
+    """The document, with this prefix before each element name that has no prefix. Some readers of SSP files know elements only by
+    their usual prefixes."""
     for e in root.iter():
         if ":" not in e.tag:
             e.tag = f"{prefix}:{e.tag}"

@@ -1,5 +1,5 @@
-"""Arrow columns, built from memory buffers, and their fields. (From a NumPy array or a list, Arrow would build columns only after
-an import of pandas, if it is installed; this takes half a second.)"""
+"""Arrow columns, built from memory buffers, and their fields. (To build a column from a NumPy array or a list, Arrow would first
+import an installed pandas. The import takes half a second.)"""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def numbers(values: np.ndarray, nulls: bool = False) -> pyarrow.Array:
 
 
 def texts(values: Sequence[str]) -> pyarrow.Array:
-    """Column of texts."""
+    """A column of texts."""
     import pyarrow as pa
 
     data = [v.encode() for v in values]

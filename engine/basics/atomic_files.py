@@ -12,12 +12,12 @@ from trunnion.basics.optional_packages import remedy, there
 
 PARQUET = ".parquet"
 WRITERS = {PARQUET: ("pyarrow", "tables"), ".mp4": ("av", "video")}
-"""Suffixes that need an optional package: the package, and the extra that installs it."""
+"""{suffix: (optional package that writes such files, extra that installs the package)}."""
 
 
 def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], where: str) -> list[Problem]:
-    """Reasons why ``path`` cannot be written: for example its suffix is not in ``suffixes``, or its folder is not writable. where:
-    the option or argument that holds the path."""
+    """Problems that prevent writing ``path``, such as a suffix that is not in ``suffixes``, or a folder that is not writable.
+    where: the option or argument that holds the path."""
     target = Path(path)
     text = os.fspath(path)
     if target.suffix.lower() not in suffixes:
@@ -32,7 +32,7 @@ def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], 
     if target.is_dir():
         return [Problem(where, f"{text!r} is a folder", "give the name of a file")]
     if not folder.is_dir():
-        return [Problem(where, f"the folder {os.fspath(folder)!r} does not exist", "create it, or choose another")]
+        return [Problem(where, f"the folder {os.fspath(folder)!r} does not exist", "create the folder, or choose another")]
     if not os.access(folder, os.W_OK):
         return [Problem(where, f"the folder {os.fspath(folder)!r} cannot be written", "choose another")]
     return []
@@ -40,8 +40,8 @@ def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], 
 
 @contextmanager
 def writing(path: str | os.PathLike[str], suffixes: Sequence[str], where: str = "file") -> Iterator[Path]:
-    """Yield a temporary path in the same folder. At the end of the block the file is renamed to ``path``; after an error it is
-    removed.
+    """Yield a temporary path in the folder of ``path``. At the end of the block, the temporary file is renamed to ``path``. After
+    an error, the temporary file is removed.
 
     Raises SceneError for an unknown suffix, a folder that is not writable, or a full disk."""
     problems = destination_problems(path, suffixes, where)
@@ -55,8 +55,9 @@ def writing(path: str | os.PathLike[str], suffixes: Sequence[str], where: str = 
 
 @contextmanager
 def replacing(path: str | os.PathLike[str], suffix: str = "") -> Iterator[Path]:
-    """Yield a temporary path in the folder of ``path`` (links are resolved), with the given suffix or that of ``path``.
-    At the end of the block the file replaces ``path`` in one step; after an error it is removed. Does not catch OSError."""
+    """Yield a temporary path in the folder of ``path``, with links resolved. The suffix is ``suffix`` or the suffix of ``path``. At
+    the end of the block, the temporary file replaces ``path`` in one step. After an error, the temporary file is removed. Does not
+    catch OSError."""
     target = Path(os.path.realpath(path))
     work = target.with_name(f".{target.stem[:80]}-{os.urandom(6).hex()}{suffix or target.suffix}")
     try:

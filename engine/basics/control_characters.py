@@ -1,5 +1,5 @@
-"""Characters that are not allowed in text that one user writes and others see in terminals and pages: control characters, line
-separators, and characters that change the direction of writing."""
+"""Characters that are not allowed in text that other users will see in terminals and pages. These characters are control
+characters, line separators, and characters that change the direction of writing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Problems that a user can fix. Each has a place, a cause and a remedy; an error reports all of them together."""
+"""Problems that a user can fix. Each problem has a place, a cause and a remedy. An error reports all problems together."""
 
 from __future__ import annotations
 
@@ -46,14 +46,14 @@ class Problem:
 
 
 def rest(count: int) -> Problem:
-    """The last line of a long list, which gives the number of problems not listed."""
+    """The last line of a long list. This line states how many problems are not listed."""
     return Problem(f"and {count} more", "not listed", "mend these first", count=count)
 
 
 class SceneError(ValueError):
     """The scene (or an option) has one or more problems.
 
-    ``.problems`` holds the first MOST problems and, if there are more, a last line with the number of the others. ``.total`` is the
+    ``.problems`` holds the first MOST problems. If there are more problems, a last line states their number. ``.total`` is the
     number of all problems. If ``problems`` joins the lists of several errors, the counts in the last lines of these lists are added
     up. more: number of problems that the caller has not listed."""
 
@@ -66,7 +66,7 @@ class SceneError(ValueError):
         super().__init__("\n".join(map(str, self.problems)))
 
     def __reduce__(self) -> tuple[type[SceneError], tuple[tuple[Problem, ...]]]:
-        """Pickle the problems too, so that an error from another process keeps them."""
+        """Pickle the error with its problems, so that an error from another process keeps the problems."""
         return SceneError, (self.problems,)
 
 

@@ -2,18 +2,18 @@
 
 Python may raise KeyboardInterrupt between any two instructions, for example between a call that computes rows and the line that
 stores them. In a block of ``held``, Ctrl-C only sets a flag, which the work checks where it can stop. In a block of
-``DeferredInterrupt.open``, Ctrl-C raises at once; these blocks are for long calls without side effects, such as a compiler. Only
-the main thread receives signals; work in another thread runs in a block of ``watched``. ``heed`` checks for Ctrl-C and calls the
-thread's watch."""
+``DeferredInterrupt.open``, Ctrl-C raises KeyboardInterrupt at once. These blocks are for long calls without side effects, such as a
+compiler. Only the main thread receives signals. Work in another thread runs in a block of ``watched``, which gives the thread a
+function to call (its watch). ``heed`` checks for Ctrl-C and calls the watch of the thread."""
 
 from __future__ import annotations
 
-# ``_signal`` is the C part of ``signal``. Functions of the latter turn handlers into enumerations, and take ten times as long.
+# ``_signal`` is the C part of ``signal``. The functions of ``signal`` take ten times as long.
 import _signal  # type: ignore[import-not-found]
 import threading
 from contextlib import contextmanager
 
-TYPE_CHECKING = False  # ``typing`` takes as long as Python's own start
+TYPE_CHECKING = False  # the import of ``typing`` takes as long as the start of Python
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from types import FrameType
@@ -51,7 +51,8 @@ class DeferredInterrupt:
         return self.asked and self.lets_through
 
     def note(self, number: int, frame: FrameType | None) -> None:
-        """Signal handler that records Ctrl-C. Only the first Ctrl-C raises, so that a second one does not disturb the clean-up."""
+        """Signal handler that records Ctrl-C. Only the first Ctrl-C raises KeyboardInterrupt. A second Ctrl-C would disturb the
+        clean-up."""
         again, self.asked = self.asked, True
         if self.lets_through and not again:
             raise KeyboardInterrupt
@@ -64,7 +65,7 @@ class DeferredInterrupt:
             if self.asked:
                 raise KeyboardInterrupt
             yield
-            if self.asked:  # a library has caught the KeyboardInterrupt and dropped it
+            if self.asked:  # a library has caught and dropped the KeyboardInterrupt
                 raise KeyboardInterrupt
         except Exception:
             if self.asked:  # a library has turned the KeyboardInterrupt into another exception
@@ -75,9 +76,9 @@ class DeferredInterrupt:
 
 
 def held() -> DeferredInterrupt:
-    """Defer Ctrl-C during the block; only in the main thread, which receives the signal. Replaces two signal handlers: that of
-    Python, and that of an enclosing ``DeferredInterrupt`` whose ``open`` block surrounds this block. A program's own handler
-    stays."""
+    """Defer Ctrl-C during the block. The block has an effect only in the main thread, which receives the signal. The block replaces
+    Python's signal handler, or the handler of an enclosing ``DeferredInterrupt`` whose ``open`` block surrounds this block. A
+    program's own handler is not replaced."""
     return DeferredInterrupt()
 
 
@@ -96,7 +97,7 @@ def heed() -> None:
 
 @contextmanager
 def watched(look: Callable[[], object]) -> Iterator[None]:
-    """In this block, on this thread, ``heed`` also calls ``look``, which may raise an exception to end the work (job cancelled,
+    """In this block, on this thread, ``heed`` also calls ``look``. ``look`` may raise an exception to end the work (job cancelled,
     time used up). ``look`` must be fast, because it is called 100 times a second or more often."""
     around = getattr(_watch, "look", None)
     _watch.look = look
@@ -110,4 +111,4 @@ _watch = threading.local()
 
 
 class Unwanted(Exception):
-    """Raised by a watch: the result is no longer needed."""
+    """The result is no longer needed. A watch raises this exception."""

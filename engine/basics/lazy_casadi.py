@@ -1,8 +1,8 @@
 """CasADi, imported when the first expression is built.
 
-The file of a law or contact element declares data, which every scene needs, and expressions, which only kernels need. The import of
-CasADi takes longer than the reading of most scenes, and only expressions need it. Modules that a scene reader imports therefore
-import ``ca`` from this module."""
+The file of a law or contact element declares data and expressions. Every scene needs the data, but only kernels need the
+expressions. The import of CasADi takes longer than the reading of most scenes, and only expressions need CasADi. Modules that a
+scene reader imports therefore import ``ca`` from this module."""
 
 from __future__ import annotations
 

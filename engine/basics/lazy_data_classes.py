@@ -1,7 +1,7 @@
 """Decorators like ``dataclass`` of the standard library and of pydantic, which make a class at its first use. The original
-decorators compile six methods of each class. This took a third of a command's start, although most classes have no instance in a
-run. With this module, the first call of one of these methods, or the first request for the fields, lets the original decorator make
-the class. To unpickle an instance requires none of them, so that a stored scene needs neither validation nor pydantic. Classes with
+decorators compile six methods of each class. The compilation would take a third of a command's start, although most classes have no
+instance in a run. With this module, the original decorator makes the class at the first call of one of the six methods, or when the
+fields are read. Unpickling calls none of the methods. A stored scene therefore needs neither validation nor pydantic. Classes with
 an own ``__init__``, ``__eq__``, ``__setattr__`` or slots are made at once."""
 
 from __future__ import annotations
@@ -81,8 +81,9 @@ def _locked(made: Callable[..., None]) -> Callable[..., None]:
 
 
 def _make_copy_first(owner: type, options: dict[str, Any], standing: list[str]) -> None:
-    """Let the standard library make a copy of the class, then give the class the copy's attributes, one by one. At any moment, the
-    class has each method, so that other threads can use it meanwhile. standing: names of attributes that stand for others."""
+    """Let the standard library make a copy of the class. Then give the copy's attributes to the class, one by one. The class has
+    all methods at any moment, so that other threads can use the class during the change. standing: names of the attributes that are
+    ``_Fact`` objects or come from ``_method``."""
     own = {n: value for n, value in vars(owner).items() if n not in (*standing, *OF_EACH)}
     made = _decorated(type(owner)(owner.__name__, owner.__bases__, dict(own)), options)
     for method in filter(isfunction, vars(made).values()):
@@ -111,7 +112,8 @@ if TYPE_CHECKING:
 else:
 
     def dataclass(cls: type | None = None, **options: Any) -> Any:
-        """The decorator of the standard library, or that of pydantic (with ``config``), applied at the first use of the class."""
+        """The decorator of the standard library, or with ``config`` the decorator of pydantic, applied at the first use of the
+        class."""
         if cls is None:
             return lambda cls: dataclass(cls, **options)
         if AT_ONCE & vars(cls).keys() or "slots" in options:

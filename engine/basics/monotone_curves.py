@@ -1,4 +1,4 @@
-"""Smooth curves through given points as symbolic expressions. They are monotone wherever the points are."""
+"""Smooth curves through given points as symbolic expressions. A curve is monotone wherever its points are monotone."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from itertools import pairwise
 from trunnion.basics.lazy_casadi import SX, ca
 
 KNOTS = 12
-"""Largest number of points of a curve. Curves with fewer points repeat the last one, so that all curves have the same
+"""Largest number of points of a curve. Curves with fewer points repeat the last point, so that all curves have the same
 expression."""
 
 
@@ -18,8 +18,9 @@ def filled(points: Sequence, count: int = KNOTS) -> list:
 
 
 def monotone(x: SX, at: Sequence[SX], value: Sequence[SX], flat: bool = True) -> SX:
-    """The curve of cubic pieces through the points (at, value), with slopes by Fritsch and Butland; constant beyond the ends. The
-    slope at the first point is 0 with ``flat``, otherwise the slope of the first chord. The last point may be repeated."""
+    """The curve of cubic pieces through the points (at, value), with slopes by Fritsch and Butland. The curve is constant beyond
+    its ends. The slope at the first point is 0 with ``flat``, otherwise the slope of the first chord. The last point may be
+    repeated."""
     n = len(at)
     h = [at[i + 1] - at[i] for i in range(n - 1)]
     safe = [ca.if_else(x > 0, x, 1) for x in h]
@@ -34,8 +35,8 @@ def monotone(x: SX, at: Sequence[SX], value: Sequence[SX], flat: bool = True) ->
 
 
 def straight_beyond(x: SX, at: Sequence[SX], value: Sequence[SX]) -> tuple[SX, SX]:
-    """Curve, and integral of the curve from the first point to x. The curve is that of ``monotone``, continued straight beyond its
-    ends with the slopes of its first and last chord. At a point, the derivatives are those of the piece above it."""
+    """(curve, integral of the curve from the first point to x). The curve has pieces as in ``monotone``. Beyond its ends, the curve
+    is straight, with the slopes of its first and last chord. At a point, the derivatives are those of the piece at larger x."""
     n = len(at)
     h = [at[i + 1] - at[i] for i in range(n - 1)]
     safe = [ca.if_else(x > 0, x, 1) for x in h]
@@ -55,13 +56,14 @@ def straight_beyond(x: SX, at: Sequence[SX], value: Sequence[SX]) -> tuple[SX, S
 
 
 def pieces_below(x: SX, at: Sequence[SX]) -> SX:
-    """Number of pieces of a curve below x, with fractions: 0 at the first point, constant beyond the ends."""
+    """Number of pieces of a curve below x, with fractions. The number is 0 at the first point, and constant beyond the ends."""
     inside = (ca.if_else(b > a, (x - a) / ca.if_else(b > a, b - a, 1), 0) for a, b in pairwise(at))
     return sum((ca.fmin(ca.fmax(u, 0), 1) for u in inside), ca.SX(0))
 
 
 def _slope(h: Sequence[SX], rise: Sequence[SX]) -> SX:
-    """Slope at the point between two pieces: 0 at a local extremum, otherwise a weighted harmonic mean of both chords' slopes."""
+    """Slope at the point between two pieces: 0 at a local extremum, otherwise a weighted harmonic mean of the slopes of both
+    chords."""
     one, two, product = 2 * h[1] + h[0], h[1] + 2 * h[0], rise[0] * rise[1]
     below = one * rise[1] + two * rise[0]
     return ca.if_else(product > 0, (one + two) * product / ca.if_else(product > 0, below, 1), 0)

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable
 from fnmatch import translate
 
 MOST_WILD = 1000
-"""Largest number of patterns with wild cards in one list; limited, because each is compared with every name. The number of plain
-names is unlimited."""
+"""Largest number of patterns with wild cards in one list. The number is limited because each pattern is compared with every name.
+The number of plain names is unlimited."""
 
 
 def is_wild(pattern: str) -> bool:
@@ -17,11 +17,11 @@ def is_wild(pattern: str) -> bool:
 
 
 def matcher(patterns: Iterable[str]) -> Callable[[str], bool]:
-    """A predicate for names that match at least one of the patterns. The patterns with wild cards are compiled once."""
+    """A function that tells whether a name matches at least one of the patterns. Patterns with wild cards are compiled once."""
     every = tuple(patterns)
     plain = frozenset(p for p in every if not is_wild(p))
     wild = "|".join(translate(p.replace("[", "[[]")) for p in dict.fromkeys(every) if is_wild(p))
-    match = re.compile(wild or r"(?!)").match  # without patterns with wild cards, the expression matches no name
+    match = re.compile(wild or r"(?!)").match  # if no pattern has wild cards, the expression matches no name
     return lambda name: name in plain or match(name) is not None
 
 

@@ -12,7 +12,7 @@ from trunnion.basics.lazy_data_classes import dataclass
 _NAME = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
 ZERO_BELOW = 1e-100
 """Values of smaller magnitude are printed and written as 0. (To avoid a division by zero, the norm of a zero vector is computed as
-sqrt(1e-300) = 1e-150; files show it as 0.)"""
+sqrt(1e-300) = 1e-150. Files show this norm as 0.)"""
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Number:
     bound        allowed values.
     example      a value as written in a scene.
     needed       whether the law or element always requires the number.
-    needed_with  name of another number; if the scene gives that one, it must give this number, too ("": no such rule).
+    needed_with  name of another number ("": no such rule). A scene with that number must give this number, too.
     derived      whether the scene's geometry determines the number if the scene does not give it.
     default      value for joints that do not give the number (the scene's ``friction`` group then has this key too).
     not_below    name of another number of the same law or element, which is the lower limit of this number ("": no such limit).
@@ -125,7 +125,7 @@ class Number:
 
     @property
     def order(self) -> Order | None:
-        """The order that ``not_below`` requires; None if ``not_below`` is empty."""
+        """The order of two numbers that ``not_below`` requires; None if ``not_below`` is empty."""
         return Order(self.not_below, self.name) if self.not_below else None
 
     @property
@@ -140,7 +140,7 @@ class Number:
 
 
 def checked_numbers(owner: str, numbers: Any) -> None:
-    """Check the numbers of one owner, such as "law lugre". Raises ValueError if they are inconsistent."""
+    """Check the numbers of one owner, such as "law lugre". Raises ValueError for inconsistent numbers."""
     if not isinstance(numbers, tuple) or not all(isinstance(n, Number) for n in numbers):
         raise ValueError(f"{owner}: its numbers are a tuple of Number(name, unit, text, …)")
     names = [n.name for n in numbers]

@@ -1,4 +1,5 @@
-"""Optional packages: which extra installs each, and the message when a package is missing."""
+"""Optional packages. For each package, the module finds the extra that installs the package, and gives the message when the package
+is missing."""
 
 from __future__ import annotations
 
@@ -12,14 +13,14 @@ from trunnion.basics.errors import Problem
 
 PROJECT = "trunnion"
 LAST = ("test", "bench")
-"""Extras for development. A message names such an extra only if no other one installs the package."""
+"""Extras for development. A message names such an extra only if no other extra installs the package."""
 REQUIREMENT = re.compile(r"^([\w.-]+).*;.*\bextra\s*==\s*['\"]([\w-]+)['\"]")
 
 
 @lru_cache(maxsize=1)
 def _extras() -> dict[str, set[str]]:
-    """Modules that each extra installs, by extra, from the metadata of the installation. Includes the extras that an extra
-    contains."""
+    """The modules that each extra installs, by extra, from the metadata of the installation. The modules of an extra include those
+    of extras that it contains."""
     from importlib.metadata import PackageNotFoundError, requires
 
     try:
@@ -34,8 +35,8 @@ def _extras() -> dict[str, set[str]]:
 
 
 def _module(package: str) -> str:
-    """Import name of a package. (The import names of all packages in extras differ from the packages' names only in case and
-    dashes.)"""
+    """The import name of a package. For all packages in extras, the import name differs from the package's name only in case and
+    dashes."""
     return re.sub(r"[-.]", "_", package).lower()
 
 
@@ -52,28 +53,28 @@ def brings(extra: str, module: str) -> bool:
 
 
 def absent(extra: str, use: str) -> list[Problem]:
-    """A list with one problem, which names the missing packages of an extra; an empty list if all are installed. use: the feature
-    that needs them."""
+    """A list with one problem, which names the missing packages of an extra. The list is empty if all packages are installed. use:
+    the feature that needs the packages."""
     missing = sorted(m for m in _extras().get(extra, ()) if not there(m))
     what = f"needs {', '.join(missing)}, which {'is' if len(missing) == 1 else 'are'} not installed"
     return [Problem(use, what, remedy(extra))] if missing else []
 
 
 def there(module: str) -> bool:
-    """Whether a module is installed, tested without an import of the module."""
+    """Whether a module is installed. The test does not import the module."""
     try:
         return find_spec(module) is not None
-    except ValueError:  # a program made this module object, so it is in sys.modules without a specification
+    except ValueError:  # a program made this module object, and sys.modules holds it without a specification
         return True
 
 
 def remedy(extra: str) -> str:
-    """The command that installs an extra, as a hint."""
+    """A hint: the command that installs an extra."""
     return f"pip install '{PROJECT}[{extra}]'"
 
 
 class Missing(ImportError):
-    """An optional package is not installed. extra: the extra that installs it."""
+    """An optional package is not installed. extra: the extra that installs the package."""
 
     def __init__(self, text: str, extra: str, module: str):
         super().__init__(text, name=module)
@@ -81,8 +82,8 @@ class Missing(ImportError):
 
 
 def brought(module: str, extra: str, use: str) -> Any:
-    """Import a module that an extra installs. If it is absent, raises Missing with the command that installs the extra. use: the
-    feature that needs the module."""
+    """Import a module that an extra installs. If the module is absent, raises Missing with the command that installs the extra.
+    use: the feature that needs the module."""
     try:
         return import_module(module)
     except ImportError as e:

@@ -1,4 +1,4 @@
-"""Renamed words of the interface. Each kind of word has a table {deprecated word: current word}.
+"""Renamed words of scenes, commands and results. Each kind of word has a table {deprecated word: current word}.
 
 Readers of scenes, paths, patterns, reductions, requests, stored jobs and result files translate words only with this module.
 Deprecated words work for one more version. ``deprecation_notes`` collects one note for each deprecated word that was read; runs,
@@ -28,7 +28,7 @@ JOINT_KEYS = {"stops": "end_stops"}
 SIMULATION_VALUES = {"jams": {"stop": "end"}}
 """Values of scene keys below ``simulation``: {key: {deprecated value: current value}}."""
 SETTINGS = {"patience": "cpu_limit", "steps": "max_steps", "over": "vary"}
-"""Settings of batches. They are fields of requests and stored jobs, and names of server limits."""
+"""Settings of batches. These names are fields of requests and stored jobs, and names of server limits."""
 OPTIONS = {
     "--over": "--vary", "--to": "--vary", "--patience": "--cpu-limit", "--steps": "--max-steps", "--outputs": "--columns",
     "--stops": "--end-stops", "--file": "--output", "--output-dir": "--output", "--peers": "--solvers",
@@ -57,7 +57,7 @@ def deprecation_notes() -> Iterator[list[str]]:
 
 
 def report(kind: str, word: str, instead: str) -> None:
-    """Add a note that a deprecated word was read. kind: what the word names ("event", "scene key", …). instead: current word."""
+    """Add a note that a deprecated word was read. kind: kind of the word ("event", "scene key", …). instead: current word."""
     add_note(f"{kind} {word} is deprecated: write {instead}")
 
 
@@ -71,7 +71,7 @@ def add_note(note: str) -> None:
 
 
 def current(kind: str, words: Mapping[str, str], word: str) -> str:
-    """The current word for a word that a user wrote. A deprecated word is reported."""
+    """The current word for a word that a user wrote. A deprecated word is added to the notes."""
     if word not in words:
         return word
     report(kind, word, words[word])
@@ -79,7 +79,7 @@ def current(kind: str, words: Mapping[str, str], word: str) -> str:
 
 
 def current_path(path: str) -> str:
-    """A dotted scene path in current words. Deprecated keys are reported."""
+    """A dotted scene path in current words. Deprecated keys are added to the notes."""
     found = _JOINT_KEY.match(path)
     if found is None:
         return path
@@ -105,8 +105,8 @@ def current_column(name: str) -> str:
 
 
 def current_pattern(pattern: str, matches: bool) -> str:
-    """A pattern of columns in current words; a change is reported. matches: whether the pattern matches a column as it is written;
-    it then stays unchanged."""
+    """A pattern of columns in current words. A change is reported. matches: whether the pattern matches a column as written. Such a
+    pattern stays unchanged."""
     new = pattern if matches else current_column(pattern)
     if new != pattern:
         report("column", pattern, new)
@@ -120,6 +120,7 @@ def current_result(name: str) -> str:
 
 
 def known_result(name: str, known: Collection[str]) -> str:
-    """The known name that a name means, for a column in the table of a batch. An unknown name stays unchanged."""
+    """The name in ``known`` that a possibly deprecated name means, for a column in the table of a batch. An unknown name stays
+    unchanged."""
     kind, _, what = name.partition(":")
     return next((n for n in (name, current_result(name), f"{kind}:{EVENTS.get(what, what)}") if n in known), name)

@@ -12,7 +12,8 @@ from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.number_declarations import ANY, NOT_NEGATIVE, POSITIVE, Bound
 
 RTOL = Bound(1e-14, 0.1, advice="1e-6 is a good start")
-"""Allowed relative tolerances. Below 1e-14, the error estimate of a step is round-off; above 0.1, results are meaningless."""
+"""Allowed relative tolerances. Below 1e-14, the error estimate of a step is only rounding error. Above 0.1, results are
+meaningless."""
 STUDIES = ("trunnion sweep", "trunnion optimise", "trunnion refine")
 SWEEPS = (*STUDIES, "trunnion.sweep", "POST /v1/jobs")
 DERIVATIVES = ("trunnion sensitivity", "trunnion.sensitivity", "POST /v1/sensitivities")
@@ -73,7 +74,7 @@ SETTINGS = (
         Bound(POSITIVE.least, open=True, advice="give a positive end time, such as 2.5, 10 ms or 1 min"), metavar="T",
     ),
     Setting(
-        "every", "s", "Spacing of the rows, s; 0: a row at each of the solver's own steps.",
+        "every", "s", "Spacing of the rows, s. 0 gives a row at each step of the solver.",
         (*RUNS, *DERIVATIVES, WEAR, KNOCKS, KINEMATICS, "trunnion jobs submit"), "the scene's, or a thousandth of the run",
         Bound(NOT_NEGATIVE.least, advice="give a positive spacing, or 0 for every step"), metavar="DT",
         own_defaults=dict.fromkeys(DERIVATIVES, "a hundredth of the run"), own_bounds=dict.fromkeys(DERIVATIVES, _SPACING),
@@ -94,8 +95,8 @@ SETTINGS = (
     ),
     Setting(
         "kernel", "",
-        "How the equations are evaluated: {kernels}. parts compiles nothing, so runs start at once. compiled runs small "
-        "scenes faster. auto means compiled for 1000 or more runs of a small scene, otherwise parts.",
+        "How the equations are evaluated: {kernels}. With parts, nothing is compiled, so runs start at once. With compiled, "
+        "small scenes run faster. auto means compiled for 1000 or more runs of a small scene, otherwise parts.",
         RUNS, "auto", words="kernels", metavar="K",
     ),
     Setting(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 @lru_cache(maxsize=1)
 def version() -> str:
-    """Version of the installed distribution; for a checkout without installation, the version in pyproject.toml."""
+    """The version of the installed distribution. For a checkout without installation, the version in pyproject.toml."""
     from importlib.metadata import PackageNotFoundError
     from importlib.metadata import version as installed
 

@@ -1,1 +1,2 @@
-"""Batches of runs of one scene: cases, their parameters, the C loop over them, tables and statistics of their results."""
+"""Batches of runs of one scene: the cases, their parameters, the C loop over the cases, and tables and statistics of the
+results."""

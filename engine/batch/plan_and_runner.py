@@ -133,7 +133,7 @@ def _current_cases(cases: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, 
 
 
 def _found(problems: list[Problem], work: Callable[[], T]) -> T | None:
-    """The result of ``work``. If ``work`` raises SceneError, its problems are appended and the result is None."""
+    """The result of ``work``. If ``work`` raises SceneError, the problems are appended to ``problems`` and the result is None."""
     try:
         return work()
     except SceneError as e:
@@ -152,7 +152,7 @@ def check_run(scene: Scene, run: Run) -> None:
 
 
 class Stopped(Exception):
-    """The caller's tick returned False. table: rows of the finished cases."""
+    """The caller's ``tick`` returned False. table: rows of the finished cases."""
 
     def __init__(self, table: pyarrow.Table):
         super().__init__("stopped between two cases")
@@ -160,9 +160,9 @@ class Stopped(Exception):
 
 
 class Runner:
-    """Runs chunks of a plan and reuses kernels, blocks and built values. It serves one thread at a time. preparer: the preparer of
-    another runner of this plan; both runners then share its built values. earlier: a runner whose plan differs only in its cases;
-    its structure, kernel and blocks are used again."""
+    """Runs chunks of a plan and reuses kernels, memory blocks and built scenes. One thread at a time may use a runner. preparer:
+    the preparer of another runner of this plan. Both runners then share the built scenes of the preparer. earlier: a runner whose
+    plan differs only in its cases. This runner reuses its structure, kernel and blocks."""
 
     def __init__(self, plan: Plan, preparer: Preparer | None = None, earlier: Runner | None = None):
         self.plan = plan
@@ -179,10 +179,10 @@ class Runner:
         return sum(x.build_seconds for x in self.loops)
 
     def chunk(self, start: int, stop: int, tick: Callable[[int], bool] | None = None) -> pyarrow.Table:
-        """Table of the cases start … stop − 1. ``tick`` receives the number of finished cases. If ``tick`` returns False, Stopped
-        is raised.
+        """Table of the cases start … stop − 1. ``tick`` receives the number of finished cases. If ``tick`` returns False, raises
+        Stopped.
 
-        If rows are stored, ``rows`` holds their table afterwards.
+        If rows are stored, ``self.rows`` holds their table after the call.
         """
         values = self.plan.cases.values(start, stop)
         rows, wrong = self.preparer.rows(values)
@@ -221,7 +221,7 @@ class Runner:
 
 
 def fits(loop: Loop | ErrorEstimateLoop, rows: Rows) -> bool:
-    """Whether the loop's blocks can run these cases: same structure, tables and breakpoints."""
+    """Whether the loop's blocks can run these cases. The cases need the structure, tables and breakpoints of the loop."""
     a, b = loop.model.built, rows.built
     if a is b:
         return True

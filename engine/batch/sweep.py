@@ -25,7 +25,7 @@ FIRST_CHUNK, LARGEST_CHUNK = 16, 20_000
 LOOK_SECONDS = 0.1
 """Interval at which the main thread checks for Ctrl-C, s."""
 SweepProgress = Callable[[int, int], None]
-"""progress(number of finished cases, number of all cases), called a few times a second."""
+"""A function that is called a few times a second with (number of finished cases, number of all cases)."""
 
 
 @with_setting_docs("trunnion.sweep")
@@ -55,8 +55,8 @@ def sweep(
 ) -> Sweep:
     """Run a scene over many values of its numbers.
 
-    Give exactly one of ``vary``, ``cases`` and ``sample``. A failed case has a row with its outcome, too. Reductions are computed
-    from the same rows that ``simulate`` gives with the same settings. After Ctrl-C, the result holds the finished cases, and
+    Give exactly one of ``vary``, ``cases`` and ``sample``. A failed case also has a row, with its outcome. Reductions are computed
+    from the rows that ``simulate`` gives with the same settings. After Ctrl-C, the result holds the finished cases, and
     ``cancelled`` is set. If no case has finished, KeyboardInterrupt is raised.
 
     Args:
@@ -94,8 +94,8 @@ def sweep(
 
 
 def run_plan(of: Plan, workers: int | None = None, progress: SweepProgress | None = None) -> Sweep:
-    """Run a plan on threads. The C loop releases the interpreter's lock. KeyboardInterrupt if Ctrl-C comes before a case has
-    finished."""
+    """Run a plan on several threads. The C loop releases the lock of Python's interpreter. KeyboardInterrupt if Ctrl-C comes before
+    a case has finished."""
     brought("pyarrow", "tables", "a table of cases")
     started = time.perf_counter()
     threads = max(1, min(workers or os.cpu_count() or 1, of.cases.count))
@@ -113,7 +113,7 @@ def run_plan(of: Plan, workers: int | None = None, progress: SweepProgress | Non
 
 
 def _await(waiting: list[Future[None]], work: _Work, interrupt: DeferredInterrupt) -> None:
-    """Wait for the threads. KeyboardInterrupt after Ctrl-C; errors of threads after Ctrl-C are ignored."""
+    """Wait for the threads. Raises KeyboardInterrupt after Ctrl-C. Errors of threads after Ctrl-C are ignored."""
     left: set[Future[None]] = set(waiting)
     while left:
         done, left = wait(left, LOOK_SECONDS, FIRST_EXCEPTION)
@@ -138,7 +138,7 @@ class _Work:
         self.told = time.perf_counter()
 
     def take(self) -> None:
-        """Run chunks in one thread, until none is left or the work is stopped."""
+        """Run chunks in one thread, until no chunk is left or the work is stopped."""
         with watched(self._look), suppress(Unwanted):  # ``_look`` raises Unwanted between chunks
             self._take()
 
@@ -162,7 +162,8 @@ class _Work:
             self._finished(start, got, runner.rows)
 
     def go_on(self, done: int) -> bool:
-        """Whether to continue. Called every few hundredths of a second. done: number of finished cases of the chunk."""
+        """Whether the thread continues its chunk. The loop calls this function every few hundredths of a second. done: number of
+        finished cases of the chunk."""
         return not self.stopped
 
     def _look(self) -> None:

@@ -93,15 +93,15 @@ class Sweep:
         return _saved(self.table, path)
 
     def save_trajectories(self, path: str | os.PathLike[str]) -> Path:
-        """Write the stored rows, as CSV or Parquet by the suffix. Without a suffix, write a Parquet data set with a folder for
-        each case (``case=0/part-0.parquet``, …). SceneError if no rows are stored."""
+        """Write the stored rows, as CSV or Parquet by the suffix. If the path has no suffix, write a Parquet data set with a folder
+        for each case (``case=0/part-0.parquet``, …). SceneError if no rows are stored."""
         if self.trajectories is None:
             raise SceneError([Problem("trajectories", "no rows are stored", "name their columns in trajectories")])
         return _saved(self.trajectories, path) if Path(path).suffix else save_dataset(self.trajectories, path)
 
     def indices(self, of: Names = ()) -> list[Indices]:
-        """Sobol indices of results (default: all results) with intervals. An index is the share of a varied number in the variance
-        of the result. SceneError unless the sampling is "saltelli"."""
+        """Sobol indices of results (default: all results) with intervals. A Sobol index is the share of the result's variance that
+        a varied number causes. SceneError unless the sampling is "saltelli"."""
         return indices_of(self.plan.cases, self.plan.reductions, self.table, names_given(of))
 
     def spreads(
@@ -112,7 +112,7 @@ class Sweep:
         return spreads_of(self.plan.cases, self.plan.reductions, self.table, names_given(of), at, above)
 
     def trajectory(self, case: int, outputs: Sequence[str] | None = None, certify: bool = False) -> Result:
-        """One case, run again with all its rows. certify: whether to estimate the global error of each number."""
+        """Run one case again, and return all its rows. certify: whether to estimate the global error of each number."""
         return trajectory(self.plan, case, outputs, certify=certify)
 
 
@@ -133,8 +133,8 @@ def _saved(table: pyarrow.Table, path: str | os.PathLike[str]) -> Path:
 def trajectory(
     of: Plan, case: int, outputs: Sequence[str] | None = None, changes: Mapping[str, float] | None = None, certify: bool = False
 ) -> Result:
-    """One case of a plan, run by ``simulate`` with the batch's kernel. changes: its varied numbers, default: those of the
-    plan; certify: whether to estimate errors."""
+    """Run one case of a plan by ``simulate``, with the kernel of the batch. changes: the varied numbers of the case, by default
+    those of the plan. certify: whether to estimate errors."""
     from trunnion.simulation.run import simulate
 
     r = of.run

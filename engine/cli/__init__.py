@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 GARBAGE = 200_000
 """Number of new objects after which Python searches for garbage. A start of the command makes 100,000 objects. With Python's
-threshold of 700, this search takes a tenth of the start; with 50,000, a thirtieth."""
+threshold of 700, the searches take a tenth of the start. With 50,000, the searches take a thirtieth."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -21,8 +21,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from trunnion.basics.interrupts import held
 
     gc.set_threshold(GARBAGE)
-    atexit.register(gc.freeze)  # keeps Python from searching all objects for garbage twice before the process ends
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")  # keeps pydantic from searching all installed packages for plugins
+    atexit.register(gc.freeze)  # Python would search all objects for garbage twice before the process ends
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")  # pydantic would search all installed packages for plugins
     words = list(sys.argv[1:] if arguments is None else arguments)
     with held() as interrupt:
         try:

@@ -1,4 +1,5 @@
-"""Makes commands from functions. Adds the options of run settings, ``--verbose``, a common help format, and renamed options."""
+"""Makes commands from functions. The module adds ``--verbose``, the options of run settings, a common help format, and the old
+names of renamed options."""
 
 from __future__ import annotations
 
@@ -18,13 +19,13 @@ from trunnion.cli.options import completion
 from trunnion.cli.options.option_declarations import SettingWords, repeatable
 
 OPEN = {"ignore_unknown_options": True, "allow_extra_args": True}
-"""Context settings with which click passes unknown words to the command. The command reports them together with all other
+"""Context settings with which click passes unknown words to the command. The command reports unknown words together with all other
 problems."""
 VERBOSE = typer.Option("-v", "--verbose", help="Print the log to standard error, with the details of internal errors.")
 
 
 class DeclaredCommand(TyperCommand):
-    """A command with the common help format. It also accepts the old names of renamed options."""
+    """A command with the common help format. The command also accepts the old names of renamed options."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the words after translating renamed options."""
@@ -43,15 +44,16 @@ class DeclaredCommand(TyperCommand):
 
 
 class AsGiven:
-    """Replaces typer's conversion of texts and flags, which imports pydantic and changes nothing."""
+    """Takes the place of typer's conversion of texts and flags. That conversion would import pydantic and change nothing."""
 
     def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
-        """The value of an argument or option: a list if it is repeatable, None if it is not given."""
+        """The value of an argument or option: a list for a repeatable option, None for an option that is not given."""
         return list(value or ()) if param.multiple else value
 
 
 class GivenOnly:
-    """Stands for typer's conversion of an option to a number, which typer makes only if the option is given."""
+    """Takes the place of typer's conversion of an option to a number. The class makes typer's conversion only if the option is
+    given."""
 
     def __init__(self, make: Callable[[], Any]):
         self._make = make
@@ -73,7 +75,7 @@ def take_as_given(parameters: Sequence[Any]) -> None:
 
 
 def spelling(p: Any) -> str:
-    """An argument, or an option with its value, as a user writes it."""
+    """The text by which a user writes an argument, or an option with its value."""
     if p.param_type_name == "argument":
         return str(p.metavar)
     names = ", ".join(sorted(p.opts, key=len)) + "".join(f" / {o}" for o in p.secondary_opts)
@@ -81,7 +83,7 @@ def spelling(p: Any) -> str:
 
 
 def meaning(p: Any) -> str:
-    """The help of an argument or option, then whether it is repeatable, its default and its environment variable."""
+    """The help of an argument or option, followed by notes: repeatable, default, environment variable."""
     notes = ["repeatable"] if getattr(p, "multiple", False) else []
     default = p.show_default if isinstance(p.show_default, str) else p.default
     if p.secondary_opts:
@@ -141,7 +143,7 @@ def option_of(s: Setting, who: str) -> inspect.Parameter:
 
 
 def keyword(name: str, kind: Any, option: Any, default: Any) -> inspect.Parameter:
-    """A parameter with its option."""
+    """A keyword parameter of the command's function, with its option."""
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, option])
 
 

@@ -1,4 +1,4 @@
-"""``trunnion`` and its groups of commands. A command is imported when it is invoked or listed."""
+"""``trunnion`` and its groups of commands. A command is imported when the user invokes the command or lists the commands."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from trunnion.basics.errors import Problem, SceneError
 from trunnion.cli.command_declaration import click_command, take_as_given
 from trunnion.cli.command_registry import COMMANDS, GROUPS, function_of
 
-HELP = "Compute how a mechanism moves, and its friction, contact points and normal forces."
+HELP = "Compute the motion of a mechanism, its friction, contact points and normal forces."
 
 
 class CommandGroup(TyperGroup):
@@ -37,7 +37,7 @@ class CommandGroup(TyperGroup):
             formatter.write_dl([(n, " ".join(self.description(ctx, n).split())) for n in self.list_commands(ctx)])
 
     def description(self, ctx: Any, name: str) -> str:
-        """The help of a command or group. The command itself is not built, because this would take most of the time of
+        """The help of a command or group. The function does not build the command, because building would take most of the time of
         ``--help``."""
         full = self.prefix + name
         return GROUPS[full] if full in GROUPS else str(function_of(full).__doc__)
@@ -97,4 +97,4 @@ def top(
 
 
 COMMAND: Any = typer.main.get_command(app)
-"""``trunnion`` as a click command."""
+"""The command ``trunnion`` as an object of click."""

@@ -1,6 +1,7 @@
-"""The commands, with one line for each: its name and its module. The module's function ``command``, or the function that the line
-names, has the arguments as parameters and the help as docstring. A name of two words belongs to a group, whose help is in
-``GROUPS``. ``trunnion --help`` lists the commands in this order. A module is imported when its command is invoked or listed."""
+"""The commands. Each command has one line with its name and its module. The module's function ``command``, or the function that the
+line names, is the command. Its parameters are the arguments, and its docstring is the help. A name of two words belongs to a group,
+whose help is in ``GROUPS``. ``trunnion --help`` lists the commands in this order. A module is imported when its command is invoked
+or listed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Run a command; report problems, failures and defects with the exit code of each."""
+"""Runs a command, reports its problems, failures or defect, and chooses the exit code."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from trunnion.cli.command_registry import extra_of_command
 from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED, error_lines, failure_end, problems_end
 
 INTERRUPTED = 130
-"""Value that newer versions of typer return after Ctrl-C; older versions raise Abort."""
+"""Value that newer versions of typer return after Ctrl-C. Older versions raise Abort."""
 USAGE_ERROR: type[Exception] = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")  # type: ignore[assignment]
 """Exception that typer raises for invalid arguments (typer's own copy of click's class, or click's class)."""
 
 
 def run(arguments: list[str]) -> int:
-    """Run the command that the arguments name; returns its exit code. Deprecated words are reported on standard error."""
+    """Run the command that the arguments name, and return its exit code. Deprecated words are reported on standard error."""
     with deprecation_notes() as notes:
         code = run_command(arguments)
     error_lines(notes)
@@ -29,7 +29,7 @@ def run(arguments: list[str]) -> int:
 
 
 def run_command(arguments: list[str]) -> int:
-    """Run the command that the arguments name; returns its exit code."""
+    """Run the command that the arguments name, and return its exit code."""
     given = arguments[: arguments.index("--")] if "--" in arguments else arguments
     as_json, verbose = "--json" in given, any(a in ("-v", "--verbose") for a in given)
     try:
@@ -56,7 +56,7 @@ def run_command(arguments: list[str]) -> int:
 
 
 def usage_problem(error: Exception) -> Problem:
-    """The problem that typer found: the command, the mistake, the remedy."""
+    """The problem that typer found, with the command, the mistake and the remedy."""
     text = getattr(error, "format_message", lambda: str(error))().strip()
     context = getattr(error, "ctx", None)
     command = getattr(context, "command_path", "") or "trunnion"
@@ -65,7 +65,7 @@ def usage_problem(error: Exception) -> Problem:
 
 
 def missing_package(error: ImportError, words: list[str]) -> Problem | None:
-    """The problem of a missing package that an extra installs. None if no extra installs the package; then its absence is a
+    """The problem of a missing package that an extra installs. None if no extra installs the package. The missing package is then a
     defect."""
     command = next((w for w in words if not w.startswith("-")), "")
     own, module = extra_of_command(command), error.name or ""
@@ -77,7 +77,7 @@ def missing_package(error: ImportError, words: list[str]) -> Problem | None:
 
 
 def defect_text(error: Exception, verbose: bool) -> str:
-    """A short report of a defect; with ``verbose``, the traceback."""
+    """A short report of a defect or, with ``verbose``, the traceback."""
     from trunnion.basics.version import version
     from trunnion.kernel.compilation.c_compiler import CompilerError
 

@@ -1,5 +1,5 @@
-"""Help of ``trunnion``, stored in ``help.txt``, and completion of command names in bash, both without typer. The import of typer
-takes twice as long as Python's own start."""
+"""The help of ``trunnion``, stored in ``help.txt``, and the completion of command names in bash. This module does not import typer,
+because that import takes twice as long as the start of Python."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WIDTH = 80
 
 
 def stored_answer(words: Sequence[str]) -> str | None:
-    """The text to print. None if typer must answer: for other requests, and on narrow terminals."""
+    """The text to print. For other requests, and on narrow terminals, the result is None, and typer answers."""
     completed = os.environ.get("_TRUNNION_COMPLETE")
     if completed is None and words in (["--help"], ["-h"]):
         if _terminal_width() < WIDTH:
@@ -32,8 +32,8 @@ def stored_answer(words: Sequence[str]) -> str | None:
 
 
 def _terminal_width() -> int:
-    """Width of the terminal in columns, found as ``shutil`` finds it. The imports of ``shutil`` and ``pathlib`` would take as long
-    as Python's own start."""
+    """Width of the terminal in columns, by the method of ``shutil``. The imports of ``shutil`` and ``pathlib`` would take as long
+    as the start of Python."""
     given = os.environ.get("COLUMNS", "")
     if given.isdecimal() and int(given) > 0:
         return int(given)

@@ -1,7 +1,7 @@
 """Declarations of output columns: names, units, descriptions, operands, and one symbolic expression.
 
-An expression is a function that takes operands by name and returns outputs by name. The function imports the symbolic library in
-its body, so that names and units can be read without this library."""
+An expression is a function that takes operands by name and returns outputs by name. The body of the function imports the symbolic
+library, so that names and units can be read without this library."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class Quantity:
 
     @property
     def instantaneous(self) -> bool:
-        """Whether the quantity is an expression of state, multipliers and accelerations."""
+        """Whether the quantity is an expression of state, multipliers and accelerations at one instant."""
         return not (self.integral or self.runtime)
 
 

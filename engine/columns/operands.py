@@ -1,7 +1,7 @@
 """Operands of column expressions: values of bodies, joints, loads and the run.
 
-Both kernels provide every operand. ``kernel.units.column_operand_expressions`` provides expressions of the scene, and
-``parts.programs.column_operand_slots`` provides slots of the bytecode."""
+Both kernels provide every operand. The module ``kernel.units.column_operand_expressions`` gives each operand as an expression. The
+module ``parts.programs.column_operand_slots`` gives each operand as a slot of the bytecode."""
 
 from __future__ import annotations
 
@@ -68,8 +68,8 @@ JOINT_ACCELERATION = Operand("joint_acceleration", 1, 2, solved=True)
 JOINT_POSE = Operand("joint_pose", 21, 1)
 """``Pose``: the joint's frames Ein and Eout in the world frame (3×3), and s = p_out − p_in (3), m."""
 REACTION_ARM = Operand("reaction_arm", 3, 1)
-"""Vector from the point where the reaction is reported to p_out, world frame, m. This is s, or 0 if the pin belongs to the outboard
-part."""
+"""Vector from the point where the reaction is reported to p_out, world frame, m. The vector is s, or 0 if the pin belongs to the
+outboard part."""
 OUTBOARD_WRENCH = Operand("outboard_wrench", 6, 1, solved=True)
 """Force (N) and torque (N·m) that a joint transmits to its outboard part, at p_out, world frame."""
 DRIVE_EFFORT = Operand("drive_effort", 1, 2, solved=True)
@@ -77,9 +77,9 @@ DRIVE_EFFORT = Operand("drive_effort", 1, 2, solved=True)
 DEVICE_EFFORT = Operand("device_effort", 1, 3)
 """Effort of one device of a freedom on the outboard part, N or N·m."""
 LATCH_HOOK = Operand("latch_hook", 1, 2)
-"""Number, from 1, of the tooth on which the hook of a freedom's latch is; 0 if the hook is up."""
+"""Number, from 1, of the tooth that holds the hook of a freedom's latch; 0 if the hook is up."""
 GAP = Operand("gap", 1, 1)
-"""Gap of a joint that only pushes, m."""
+"""Gap, m, of a joint whose contact pushes but does not pull."""
 COUPLING_MULTIPLIER = Operand("coupling_multiplier", 1, 1, solved=True)
 """Lagrange multiplier of a coupling's constraint row, N or N·m."""
 

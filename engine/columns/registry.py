@@ -60,8 +60,8 @@ def subjects(system: System) -> Iterator[tuple[ColumnKind, Subject]]:
 
 
 def shown(kind: ColumnKind, s: Subject) -> Iterator[tuple[int, int | None, int | None]]:
-    """For each column of a subject: the indices, from 0, of the quantity, the item (None if the kind does not repeat) and the
-    component (None for a scalar)."""
+    """The indices (quantity, item, component), from 0, for each column of a subject. The item is None if the kind does not repeat.
+    The component is None for a scalar."""
     for item in range(kind.repeats(s)) if kind.repeats else (None,):
         for number, q in enumerate(kind.quantities):
             if q.given(s):

@@ -17,12 +17,12 @@ DEVICES = {
     "spring": "spring", "damping": "damper", "nonlinear": "nonlinear", "stop": "end_stop", "effort": "effort", "motor": "motor",
     "latch": "latch",
 }  # fmt: skip
-"""For each device of a freedom: the field of the device, and the word in column names."""
+"""{field of a device of a freedom: word in column names}."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """What a set of columns describes.
+    """The object that a set of columns describes.
 
     key       unique among the subjects of one type in a system.
     words     texts by word, which fill the templates of names, units and descriptions.
@@ -126,7 +126,7 @@ def _friction_freedoms(_: int, j: Joint) -> Iterator[Subject]:
     a translation contains a number only if friction acts along several translations."""
     if not j.friction:
         return
-    bound = CONTACTS[j.friction.contact].bound  # outputs of the contacts include the force along these freedoms
+    bound = CONTACTS[j.friction.contact].bound  # the outputs of the contacts include the friction along these freedoms
     travels = [k for k in range(j.kind.nv) if k not in bound and not j.kind.turns(k)]
     for k in range(j.kind.nv):
         if k in bound:

@@ -1,4 +1,5 @@
-"""Importers for files of other programs: scenes from URDF, MJCF, SDF and ASMT, bodies from meshes (``trunnion[cad]``)."""
+"""Importers for files of other programs. Files in URDF, MJCF, SDF and ASMT become scenes; meshes become bodies
+(``trunnion[cad]``)."""
 
 from trunnion.importers.format_detection import scene_of
 from trunnion.importers.freecad_asmt import scene_of_asmt

@@ -23,8 +23,9 @@ DOORS: dict[str, Callable[[str | Path, float | None], tuple[Scene, list[str]]]] 
 
 
 def scene_of(file: str | Path, unit: str = "mm", stops: float | None = None) -> tuple[Scene, list[str]]:
-    """(scene, notes on omissions) from a file of another program. ``unit`` is the unit of length of a file without units (ASMT).
-    ``stops`` is the stiffness of end stops at joint limits, N/m and N m/rad; None omits the limits. SceneError with all faults."""
+    """(scene, notes on omissions) from a file of another program. ``unit`` is the unit of length for a file that states no units
+    (ASMT). ``stops`` is the stiffness of end stops at joint limits, N/m and N m/rad; None omits the limits. SceneError with all
+    faults."""
     path = existing(file)
     if path.suffix.lower() == TEXT:
         return scene_of_asmt(path, unit)

@@ -1,4 +1,5 @@
-"""Importer of assemblies that FreeCAD exports (ASMT, the text format of its solver): parts with markers, joints between markers."""
+"""Importer of assemblies that FreeCAD exports as ASMT, the text format of FreeCAD's solver. A file has parts with markers, and
+joints between markers."""
 
 from __future__ import annotations
 
@@ -36,7 +37,7 @@ def scene_of_asmt(file: str | Path, unit: str = "mm") -> tuple[Scene, list[str]]
 
 
 def tree_of(path: Path) -> Element:
-    """The assembly of a file: its indented lines as a tree. The results of FreeCAD's last run, at the end of the file, are
+    """The assembly of a file: the indented lines as a tree. The results of FreeCAD's last run, at the end of the file, are
     omitted."""
     with path.open("rb") as f:
         content = f.read(LARGEST + 1)
@@ -101,7 +102,7 @@ class AsmtReader:
     # -- parts --------------------------------------------------------------------------------------------------------------
 
     def linkage(self, name: str) -> Linkage:
-        """The linkage of all parts and joints; ``found`` collects faults."""
+        """The linkage of all parts and joints. ``found`` collects the faults of the file."""
         g = np.array(self._numbers(self.assembly, "ConstantGravity", 3))
         called = plain_name(self.name) or name
         out = Linkage(called, self.found, (float(self.unit * g[0]), float(self.unit * g[1]), float(self.unit * g[2])))
@@ -208,6 +209,6 @@ def _frame_along(axis: np.ndarray, across: np.ndarray) -> np.ndarray:
 
 
 def _crossed_frame(first: np.ndarray, second: np.ndarray, keep_first: bool) -> np.ndarray:
-    """A universal joint's frame: e1 along the first axis, e2 along the second axis. If the axes are not orthogonal, the second
-    axis is made orthogonal to the first (if ``keep_first`` is False, the first to the second)."""
+    """A universal joint's frame: e1 along the first axis, e2 along the second axis. If the axes are not orthogonal, the second axis
+    is turned; without ``keep_first``, the first axis is turned."""
     return _frame_along(first, second) if keep_first else _frame_along(second, -first)[:, [1, 0, 2]] * [-1.0, 1.0, 1.0]

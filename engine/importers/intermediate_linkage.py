@@ -1,4 +1,5 @@
-"""The linkage, an intermediate form of imported mechanisms: links, joints with a frame on each link, and the scene."""
+"""The linkage, an intermediate form of imported mechanisms. A linkage has links, and joints with a frame on each link. A scene is
+made from the linkage."""
 
 from __future__ import annotations
 
@@ -22,7 +23,7 @@ LISTED = 8
 UNLIMITED = 1e15
 """A joint limit of this magnitude or more means "no limit" (SDF writes 1e16)."""
 LIGHT = 1e-15
-"""Mass given to a massless link, relative to the lightest mass. It is below the rounding error of the masses."""
+"""Mass given to a massless link, relative to the lightest mass. This mass is below the rounding error of the masses."""
 
 
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -31,8 +32,8 @@ MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 @dataclass
 class Link:
-    """A body, with all data in its own frame: mass, kg; mass centre (3), m; inertia about the mass centre (3×3), kg m²; scene keys
-    of its shape; named points, m."""
+    """A body, with all data in the body's frame: mass, kg; mass centre (3), m; inertia about the mass centre (3×3), kg m²; scene
+    keys of the shape; named points, m."""
 
     mass: float
     center: np.ndarray
@@ -43,8 +44,8 @@ class Link:
 
 @dataclass
 class LinkageJoint:
-    """A joint of two links. ``kind`` is the scene's joint type; ``at_in`` and ``at_out`` are the joint frames in the two links
-    (first axis e1), which coincide at q = 0. ``more`` holds further keys of the scene's joint."""
+    """A joint of two links. ``kind`` is the scene's joint type; ``at_in`` and ``at_out`` are the poses of the joint frames in the
+    two links. The first axis is e1. The two frames coincide at q = 0. ``more`` holds further keys of the scene's joint."""
 
     kind: str
     inboard: str
@@ -61,8 +62,8 @@ class Names:
         self.taken = set(RESERVED)
 
     def new(self, wanted: str, kind: str) -> str:
-        """A valid unused name similar to ``wanted``. ``kind`` replaces an empty ``wanted``; otherwise it is the prefix or suffix
-        that makes the name valid or unique."""
+        """A valid unused name similar to ``wanted``. ``kind`` replaces an empty ``wanted``. If necessary, ``kind`` also is the
+        prefix or suffix that makes the name valid or unique."""
         form = plain_name(wanted) or kind
         form = form if form[0].isalpha() else f"{kind}_{form}"
         tries = [form, f"{form}_{kind}", *(f"{form}_{i}" for i in range(2, len(self.taken) + 3))]
@@ -73,8 +74,8 @@ class Names:
 
 @dataclass
 class Linkage:
-    """A mechanism. ``ground`` holds named points of the world, m; ``forces`` are as in a scene. ``limits`` holds the smallest and
-    largest coordinate of joints by name, m or rad."""
+    """A mechanism. ``ground`` holds named points of the world, m. ``forces`` has the form of a scene's forces. ``limits`` holds the
+    smallest and largest coordinate of joints by name, m or rad."""
 
     name: str
     found: Findings
@@ -110,8 +111,8 @@ class Linkage:
             link.mass = link.mass or LIGHT * least
 
     def _start_followers(self, name: str) -> None:
-        """Give a joint that follows another joint the start coordinate that follows from its leader's coordinate, unless it has its
-        own start coordinate."""
+        """Set the start coordinate of each joint that follows another joint (its leader). The coordinate follows from the start
+        coordinate of the leader. A start coordinate in the file stays."""
         following: list[str] = []
         while "mimic" in (more := self.joints[name].more) and "start" not in more and name not in following:
             following.append(name)
@@ -156,8 +157,8 @@ class Linkage:
         return {"friction": {"torque" if turns[0] else "force": constant}}
 
     def follow(self, e: Element, follower: str, leader: str, ratio: float, offset: float) -> None:
-        """Make the coordinate of joint ``follower`` equal ratio · (coordinate of ``leader``) + offset. "" means an unknown joint.
-        Faults are collected."""
+        """Make the coordinate of joint ``follower`` equal to ratio · (coordinate of ``leader``) + offset. "" means an unknown
+        joint. The linkage collects faults."""
         name, joints = e.title, self.joints
         if leader not in joints or follower not in joints:
             self.found.add(e, name, "follows an unknown joint", "name a joint of the file that moves")
@@ -209,7 +210,7 @@ def listed(names: list[str], most: int = LISTED) -> str:
 
 
 def floats(values: Any) -> list[float]:
-    """The values as plain floats with 16 digits. Values at round-off level relative to the largest become zero."""
+    """The values as plain floats with 16 digits. Values that are only rounding errors of the largest value become zero."""
     array = np.asarray(values, float).ravel()
     big = float(np.abs(array).max()) if array.size else 0.0
     return [float(f"{x:.16g}") + 0.0 if abs(x) > 2e-16 * big else 0.0 for x in array]

@@ -11,7 +11,7 @@ from trunnion.importers.pose_matrices import Pose
 
 def mass_matrix(linkage: Linkage, world: dict[str, Pose]) -> tuple[list[tuple[str, int]], np.ndarray]:
     """(list with (joint, freedom) of each row, mass matrix with rotor inertias) of the linkage's tree in its initial pose.
-    ``world`` holds the poses of the links. If several joints carry a link, the first belongs to the tree."""
+    ``world`` holds the poses of the links. If several joints carry a link, the tree contains the first of them."""
     rows: list[tuple[str, int]] = []
     columns: dict[str, list[tuple[int, bool, np.ndarray, np.ndarray]]] = {GROUND: []}
     rotors: list[float] = []

@@ -1,4 +1,5 @@
-"""A body from a closed surface mesh (STL, or any format that trimesh reads): mass, mass centre and inertia of the solid inside."""
+"""A body from a closed surface mesh (STL, or any format that trimesh reads). The body has mass, mass centre and inertia of the
+solid inside the surface."""
 
 from __future__ import annotations
 
@@ -12,18 +13,19 @@ from trunnion.importers.xml_reader import existing
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 OVERLAP = 1e-6
-"""× the mass: a smaller difference between the union and its parts is round-off of single precision in STL files."""
+"""Factor on the mass. A smaller difference between the union and its parts is only rounding error of single precision in STL
+files."""
 PLACES = 12
-"""Number of significant digits in the result; further digits are round-off."""
+"""Number of significant digits in the result. Further digits are rounding errors."""
 
 
 def body_of_mesh(file: str | Path, density: float, unit: str = "mm", notes: list[str] | None = None) -> dict[str, Any]:
     """The scene keys of a body, in the mesh's frame: mass, kg; center, m; inertia about the centre (xx, yy, zz, xy, xz, yz),
     kg m²; box with the extents of the mesh for drawing, m.
 
-    ``density`` is in kg/m³; ``unit`` is the unit of the file's numbers (STL has no units). Closed surfaces that overlap are one
-    solid, their union; ``notes`` receives a note. SceneError for an open or inverted surface, a density that is not positive, an
-    unknown unit, or an unreadable file."""
+    ``density`` is in kg/m³; ``unit`` is the unit of the file's numbers (STL has no units). Closed surfaces that overlap count as
+    one solid, their union. A note about the union is added to ``notes``. SceneError for an open or inverted surface, a density that
+    is not positive, an unknown unit, or an unreadable file."""
     mesh = _read(Path(file))
     problems = []
     if unit not in UNITS:
@@ -51,8 +53,8 @@ def body_of_mesh(file: str | Path, density: float, unit: str = "mm", notes: list
 
 
 def _united(mesh: Any, file: str) -> Any:
-    """The union of the solids in a mesh, or the mesh itself if no solids overlap. A solid is a surface with outward normals,
-    without the cavities inside it, which are surfaces with inward normals."""
+    """The union of the solids in a mesh, or the mesh itself if no solids overlap. A surface with outward normals bounds a solid. A
+    surface with inward normals inside it bounds a cavity."""
     shells = sorted(mesh.split(), key=lambda shell: abs(shell.volume))
     boxes = [shell.bounds for shell in shells]
     near = any(np.all(a[0] < b[1]) and np.all(b[0] < a[1]) for i, a in enumerate(boxes) for b in boxes[:i])

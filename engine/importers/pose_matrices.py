@@ -39,8 +39,8 @@ def rpy(roll: float, pitch: float, yaw: float) -> np.ndarray:
 
 
 def roll_pitch_yaw(R: np.ndarray) -> tuple[float, float, float]:
-    """The angles of ``rpy`` that give a rotation (3×3). Roll is computed after yaw, so their sum is exact where both axes are
-    parallel."""
+    """The angles (roll, pitch, yaw) for which ``rpy`` gives a rotation (3×3). Roll is computed after yaw. Therefore the sum of roll
+    and yaw is exact where their axes are parallel."""
     yaw = float(np.arctan2(R[1, 0], R[0, 0]))
     pitch = float(np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0])))
     rest = about([0.0, 0.0, 1.0], -yaw) @ R
@@ -71,7 +71,7 @@ def to_quaternion(R: np.ndarray) -> list[float]:
 
 
 def along(axis: Sequence[float] | np.ndarray, place: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0)) -> Pose:
-    """The pose of a joint's frame: e1 along a vector of any nonzero norm, e2 some direction normal to e1."""
+    """The pose of a joint's frame. e1 is along a vector of any nonzero norm. e2 is any direction normal to e1."""
     e1 = np.asarray(axis, float)
     e1 = e1 / np.linalg.norm(e1)
     e2 = np.cross(e1, np.eye(3)[int(np.argmin(np.abs(e1)))])

@@ -1,7 +1,9 @@
-"""Tables of all elements and attributes in the schemas of the formats, with the treatment (fate) of each: the folder ``schemas``.
+"""Tables of all elements and attributes in the schemas of the formats. The tables state what the importer does with each element
+and attribute (its fate). The tables are files in the folder ``schemas``.
 
-A line names elements, indented below the element that holds them, then segments. A segment is a fate with the attributes and
-elements that have it; without a fate, a segment has the fate of the element. The first segment is for the element itself.
+A line names elements, then segments. The line is indented below the line of the element that holds these elements. A segment is a
+fate, followed by the attributes and elements with this fate. A segment without a fate has the fate of the element. The first
+segment is for the element itself.
 
     contacts = contacts                             a label with the words of its notes; of refusals, also ; and a remedy
     joint | taken name +pose | noted:contacts gap   +pose: the element ``pose`` of the table's margin; +any: any content
@@ -32,8 +34,8 @@ ANY, UNKNOWN = "any", "unknown:"
 
 @dataclass
 class Row:
-    """An element of a schema: its fate, the fates of its attributes and of the elements of the margin that it may hold, and its own
-    elements. A fate may have a label: ``noted:contacts``."""
+    """An element of a schema. attributes: fates of its attributes. uses: fates of the elements at the margin that it may hold.
+    children: its own elements. A fate may have a label, as in ``noted:contacts``."""
 
     tag: str
     fate: str
@@ -45,15 +47,15 @@ class Row:
 
 @dataclass
 class Table:
-    """The table of a format: its name, the rows at the margin, the words of the labels."""
+    """The table of a format. margin: the rows of the lines without indentation. labels: the words of the labels."""
 
     name: str
     margin: dict[str, Row]
     labels: dict[str, str]
 
     def child(self, row: Row, tag: str) -> tuple[Row, str] | None:
-        """(row, fate) of an element inside another; None if the schema does not have it there. The fate is "" if the row's fate
-        applies. Another fate applies to all content of the element, too."""
+        """(row, fate) of an element with the tag ``tag`` inside the element of ``row``. None if the schema has no such element. The
+        fate is "" if the fate of the found row applies. Any other fate applies to all content of the element, too."""
         if tag in row.children:
             return row.children[tag], ""
         if tag not in row.uses:
@@ -61,7 +63,8 @@ class Table:
         return self.margin[tag], row.uses[tag].replace("taken", "")
 
     def tell(self, root: Element, found: Findings) -> None:
-        """Add a note for each label and each item that is not in the schema, and a problem for each item that the table refuses."""
+        """Add a note for each label, and for each item that the schema lacks. Add a problem for each item that the table
+        refuses."""
         told: dict[str, list[tuple[Element, str]]] = {}
         for e, shown, fate in self._walk(root, self.margin[root.tag], ""):
             kind, _, label = fate.partition(":")
@@ -78,9 +81,9 @@ class Table:
             found.notes.append(f"{what} left out: {named[0]}" + (f" and {len(items) - 1} more" if len(items) > 1 else ""))
 
     def _walk(self, e: Element, row: Row, all_content: str) -> Iterator[tuple[Element, str, str]]:
-        """(element, item, fate) of the items inside an element that have a label other than the element's, or are unknown. Unknown
-        content of an element from which nothing is taken is left out with the element. ``all_content`` is a fate that applies to
-        everything inside; "" if the table's rows apply."""
+        """(element, item, fate) of the items inside an element whose label differs from the element's label, or that are unknown.
+        If the importer takes nothing from an element, unknown content is left out with the element. ``all_content`` is a fate that
+        applies to all content; "" if the table's rows apply."""
         own = all_content or row.fate
         open_end = ANY in row.uses or (own != "taken" and (bool(all_content) or "taken" not in row.attributes.values()))
         for name, text in e.attributes.items():
@@ -103,7 +106,7 @@ class Table:
 
 
 def _first_of_each(items: list[tuple[Element, str]], named: list[str]) -> list[str]:
-    """The first of ``named`` for each item, and the number of further ones."""
+    """The first of ``named`` for each item, and the number of its further occurrences."""
     count = Counter(shown for _, shown in items)
     first = dict(zip(reversed([shown for _, shown in items]), reversed(named), strict=True))
     return [first[shown] + (f" and {n - 1} more" if n > 1 else "") for shown, n in count.items()]

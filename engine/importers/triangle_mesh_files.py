@@ -11,12 +11,12 @@ from trunnion.importers.xml_reader import is_file
 LARGEST = 200_000_000
 """Largest size of a mesh file in bytes."""
 ABOVE = 4
-"""Number of parent folders of a robot file that are searched for the package that the file names."""
+"""Number of parent folders of a robot file in which a named package is searched."""
 STL = np.dtype([("normal", "<f4", 3), ("points", "<f4", (3, 3)), ("more", "<u2")])
 
 
 class Unreadable(ValueError):
-    """Raised when a mesh cannot be read; its text is the reason."""
+    """A mesh cannot be read. The text of the exception is the reason."""
 
 
 def triangles(path: Path) -> np.ndarray:
@@ -68,8 +68,8 @@ READERS = {".stl": _stl, ".obj": _obj, ".msh": _msh}
 
 
 def found(folder: Path, name: str) -> Path | None:
-    """Path of the mesh that a file in ``folder`` names; None if there is no such mesh. ``name`` is relative to this folder; with
-    package:// or model://, parent folders are searched too."""
+    """Path of the mesh that a file in ``folder`` names; None if there is no such mesh. ``name`` is relative to ``folder``. With
+    package:// or model://, the parent folders are searched, too."""
     plain = name.split("://", 1)[-1]
     _, _, inside = plain.partition("/")
     around = [folder, *list(folder.parents)[:ABOVE]] if "://" in name else [folder]

@@ -1,4 +1,4 @@
-"""Importer of URDF: links become bodies, joints keep their frames. Notes list content that a scene cannot represent."""
+"""Importer of URDF. Links become bodies; joints keep their frames. Notes list content that a scene cannot represent."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ GEOMETRY = {"box": ("size", 3), "cylinder": ("radius", 1), "sphere": ("radius", 
 
 
 def scene_of_urdf(file: str | Path, stops: float | None = None) -> tuple[Scene, list[str]]:
-    """(scene, notes on omissions). A root link without mass is the ground; otherwise the root link is fixed to the ground. Gravity
+    """(scene, notes on omissions). A root link without mass is the ground. A root link with mass is fixed to the ground. Gravity
     is along −z. ``stops`` is the stiffness of end stops at joint limits, N/m and N m/rad; None omits the limits.
 
     SceneError lists every joint or link that a scene cannot represent, each with its line."""
@@ -53,14 +53,14 @@ class UrdfReader:
                 break
 
     def _has_links(self, j: Element) -> bool:
-        """Whether both links of a joint exist; a missing link is a problem."""
+        """Whether both links of a joint exist. For a missing link, a problem is added."""
         missing = [(side, _link_of(j, side)) for side in ("parent", "child") if _link_of(j, side) not in self.links]
         for side, name in missing:
             self.found.add(j, j.get("name"), f"its {side} {name!r} is not a link", "name a link of the file")
         return not missing
 
     def linkage(self, name: str) -> Linkage:
-        """The linkage of all links and joints; ``found`` collects faults."""
+        """The linkage of all links and joints. ``found`` collects the faults of the file."""
         if len(self.roots) != 1:
             self.found.add(self.root, "links", f"{len(self.roots)} roots instead of one: {', '.join(self.roots)}")
             self.found.end()
@@ -95,15 +95,15 @@ class UrdfReader:
         return mass is None or not self.found.attribute(mass, "value")
 
     def _carries_mass(self, link: str) -> bool:
-        """Whether a link with mass comes after this link."""
+        """Whether this link, or a link that it carries directly or through other links, has mass."""
         after = [link]
-        for n in after:  # grows
+        for n in after:  # the loop appends to this list
             after += [_link_of(j, "child") for j in self.joints if _link_of(j, "parent") == n and _link_of(j, "child") not in after]
         return not all(map(self._is_massless, after))
 
     def _frames(self, root: str) -> dict[str, Element]:
-        """The massless links that fixed joints connect to the root or to a link with mass, each with the last of these joints. The
-        link on the other side of this joint is not massless, or comes earlier in the result."""
+        """{massless link: joint} for the massless links that chains of fixed joints connect to the root or to a link with mass. The
+        joint is the last of the chain. The link on its other side is not massless, or comes earlier in the result."""
         fixed: dict[str, list[Element]] = {n: [] for n in self.links}
         for j in self.joints:
             for side in ("parent", "child") if j.get("type") == "fixed" else ():
@@ -120,8 +120,8 @@ class UrdfReader:
         return frames
 
     def _place_frames(self, frames: dict[str, Element], out: Linkage) -> None:
-        """Make each massless link in a chain of fixed joints a named point of the body that holds it. The body gets the moments of
-        inertia of this link."""
+        """Make each massless link in a chain of fixed joints a named point of the body that holds the link. The body gets the
+        moments of inertia of the link."""
         for n, j in frames.items():
             holder, at = self.place[_other_link(j, n)]
             origin = self._origin(j)
@@ -178,7 +178,7 @@ class UrdfReader:
     # -- joints -------------------------------------------------------------------------------------------------------------
 
     def _joint(self, j: Element, out: Linkage) -> None:
-        """Add joint j with the frames of both sides; they coincide at q = 0."""
+        """Add joint j with the frames of both sides. The two frames coincide at q = 0."""
         name, said = j.get("name"), j.get("type")
         if said not in TYPES:
             self.found.add(j, name, f"has type {said!r}, which scenes do not support", "remove it from the file")
@@ -216,6 +216,6 @@ def _other_link(j: Element, link: str) -> str:
 
 
 def _link_of(j: Element, side: str) -> str:
-    """Name of the link on one side of a joint; "" if it is not given."""
+    """Name of the link on one side of a joint; "" if the file does not give it."""
     e = j.first(side)
     return e.get("link") if e is not None else ""

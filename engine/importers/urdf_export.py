@@ -1,4 +1,5 @@
-"""URDF from a scene: bodies become links, joints keep their frames. Notes list every key of the scene that URDF cannot express."""
+"""Export of a scene as URDF. Bodies become links; joints keep their frames. Notes list every key of the scene that URDF cannot
+express."""
 
 from __future__ import annotations
 
@@ -22,22 +23,22 @@ from trunnion.system.construction.joint_frames import frame, matrix
 from trunnion.system.construction.spanning_tree import Spanning, span
 
 ENDLESS = "continuous"
-"""Hinge without limits."""
+"""Joint type of URDF for a hinge without limits."""
 SAID = {kind: said for said, kind in TYPES.items() if said != ENDLESS}
 """{joint type of a scene: joint type of URDF}."""
 GRAVITY = 9.81
 """Gravity of the importer of URDF, m/s², along -z. A URDF file has no gravity, and other programs have their own values."""
 UNLIMITED = 1e16
-"""Limit of a prismatic joint without end stops. URDF requires limits; readers replace missing limits by 0."""
+"""Limit of a prismatic joint without end stops. URDF requires limits, and readers replace missing limits by 0."""
 NORMAL = (0.0, 0.0, 1.0)
-"""Axis of planar joints. Readers choose the directions in the plane from the axis; all digits of the axis must agree to give the
-same directions."""
+"""Axis of planar joints. Readers choose the directions in the plane from the axis. Readers choose the same directions only if all
+digits of the axis agree."""
 WRITTEN = {
     "scene": {"schema", "name", "gravity", "bodies", "joints", "ground"},
     "bodies": {"box", "cylinder", "sphere", "density", "mass", "center", "inertia", "position", "orientation", "points"},
     "joints": {"type", "inboard", "outboard", "axis", "reference", "at", "cut", "mimic"},
 }
-"""Keys that the file holds. A writer of a joint's device adds its own keys."""
+"""Keys of a scene that the URDF file can hold. The functions that write devices of joints add further keys."""
 
 
 def urdf_of_scene(scene: Scene) -> tuple[str, list[str]]:
@@ -174,7 +175,7 @@ class UrdfWriter:
             ratio, offset = repr(float(mimic.ratio)), repr(float(mimic.offset))
             xml.SubElement(joint, "mimic", joint=mimic.joint, multiplier=ratio, offset=offset)
 
-    # -- what is lost -------------------------------------------------------------------------------------------------------
+    # -- omitted keys -------------------------------------------------------------------------------------------------------
 
     def notes(self) -> list[str]:
         """A note for each key of the scene that the file omits, with the names of the joints or bodies that have this key."""
@@ -191,7 +192,7 @@ class UrdfWriter:
         if not math.isclose(size, GRAVITY, rel_tol=1e-12):
             out.append(f"left out: gravity of {size:g} m/s^2; URDF has no gravity, and the importer uses {GRAVITY} m/s^2 along -z")
         stopped = [n for n in self.scene.joints if "end_stops" in self.data["joints"][n] and "end_stops" in self.held[n]]
-        out += [f"limits without stiffness: end stops of {listed(stopped)}"] if stopped else []
+        out += [f"limits without stiffness replace the end stops of {listed(stopped)}"] if stopped else []
         return out
 
 

@@ -1,4 +1,4 @@
-"""Shapes for drawing imported bodies: one simple shape if that shows the whole body, else a surface mesh."""
+"""Shapes for drawing imported bodies. A body has one simple shape if that shape shows the whole body, else a surface mesh."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trunnion.scene.queries.packed_surfaces import packed
 AROUND = 20
 """Number of sides of the polygon that replaces a circle."""
 FACES = 800
-"""Largest number of triangles in a body's surface; a finer surface is coarsened."""
+"""Largest number of triangles in a body's surface. A finer surface is coarsened."""
 FINEST = 96
 """Number of cells along the longest side of the finest grid. Points in one cell are merged. If too many triangles remain, a coarser
 grid is used."""
@@ -27,8 +27,8 @@ NEAR = 1e-6
 @dataclass(frozen=True)
 class Solid:
     """A solid with pose ``at`` in the body. ``kind`` determines ``sizes``, m: "box" (three edges), "cylinder" or "capsule"
-    (radius, length of the straight part along z), "sphere" (radius), "ellipsoid" (three radii). A "mesh" has ``corners``
-    (n×3×3), m, instead."""
+    (radius, length of the straight part along z), "sphere" (radius), "ellipsoid" (three radii). A "mesh" has no sizes, but
+    ``corners`` (n×3×3), m."""
 
     kind: str
     sizes: tuple[float, ...]
@@ -82,7 +82,8 @@ def drawn(solids: Sequence[Solid], center: np.ndarray) -> dict[str, Any]:
 
 
 def _shape(s: Solid, center: np.ndarray) -> dict[str, Any]:
-    """The scene key of a simple shape; empty if the solid is not centred on the mass centre or not parallel to the body's axes."""
+    """The scene key of a simple shape. The result is empty unless the solid is centred on the mass centre and parallel to the
+    body's axes."""
     turned = np.abs(s.at[:3, :3])
     size = max(s.sizes, default=0.0)
     if s.kind not in ("box", "cylinder", "sphere") or np.abs(s.at[:3, 3] - center).max() > NEAR * size:
@@ -98,8 +99,8 @@ def _shape(s: Solid, center: np.ndarray) -> dict[str, Any]:
 
 
 def coarse(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(points (p×3), faces (n×3)) of triangles (m×3×3). Points in the same cell of a grid are merged; the grid is coarsened until n
-    is at most ``FACES``."""
+    """(points (p×3), faces (n×3)) of triangles (m×3×3). Points in one cell of a grid are merged. The grid is coarsened until n is
+    at most ``FACES``."""
     low = corners.reshape(-1, 3).min(axis=0)
     size = float(np.ptp(corners.reshape(-1, 3), axis=0).max()) or 1.0
     cells, exact = FINEST, len(corners) <= FACES

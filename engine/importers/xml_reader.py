@@ -1,5 +1,5 @@
-"""XML reader that records file and line of each element. The reader is safe against malicious files: it refuses document type
-definitions, and therefore entities, and limits the numbers of bytes, elements and levels."""
+"""XML reader that records file and line of each element. The reader is safe against malicious files. The reader refuses document
+type definitions, so that a file has no entities. The reader limits the numbers of bytes, elements and levels."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LARGEST = 20_000_000
 MOST = 400_000
 """Largest number of elements in a file."""
 HUGE = 1e30
-"""Largest magnitude of a number; the limit keeps products finite."""
+"""Largest magnitude of a number. The limit keeps products finite."""
 DEEPEST = 300
 """Largest nesting depth of elements."""
 
@@ -56,7 +56,7 @@ class Element:
 
     @property
     def title(self) -> str:
-        """The element in messages: its name, or its tag and line."""
+        """The text that names the element in messages: its name, or its tag and line."""
         return self.get("name") or f"{self.tag} at line {self.line}"
 
     def inside(self) -> Iterator[Element]:
@@ -66,7 +66,7 @@ class Element:
             yield from c.inside()
 
     def is_off(self) -> bool:
-        """Whether an element without attributes contains nothing but zeros or "false"."""
+        """Whether an element has no attributes and contains only zeros or "false"."""
         return not self.attributes and is_zero(" ".join(x.text for x in self.inside()))
 
 
@@ -117,7 +117,7 @@ class Findings:
 
 
 def is_zero(text: str) -> bool:
-    """Whether a text contains nothing but zeros or "false"."""
+    """Whether a text contains only zeros or "false"."""
     words = text.split()
     return bool(words) and all(w == "false" or not w.strip("0.+-") for w in words)
 
@@ -130,7 +130,7 @@ def existing(file: str | Path) -> Path:
 
 
 def is_file(path: Path) -> bool:
-    """Whether the file exists; False for an invalid name too."""
+    """Whether the file exists. False also for an invalid name."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -166,7 +166,7 @@ class _TreeBuilder:
         self.open[-1].text += text
 
     def typed(self, *_: object) -> None:
-        raise self.refuse("it declares a document type, whose entities are not read", "remove the line with <!DOCTYPE")
+        raise self.refuse("the file declares a document type, and entities are not read", "remove the line with <!DOCTYPE")
 
 
 def read_xml(path: Path, shown: str = "") -> Element:

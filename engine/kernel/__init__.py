@@ -1,1 +1,1 @@
-"""The way from a system to a compiled library: symbolic expressions, C text, compiler, cache."""
+"""Makes compiled libraries from systems. The stages are symbolic expressions, C text, compiler and cache."""

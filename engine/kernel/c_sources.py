@@ -38,8 +38,8 @@ class KernelSource:
 
 @contextmanager
 def _quickly() -> Iterator[None]:
-    """Switch garbage collection off during a build. It would take a twentieth of the time, because symbols are many, small, and in
-    use until the end."""
+    """Switch garbage collection off during a build. Garbage collection would take a twentieth of the time, because a build has many
+    small symbols, which all stay in use until the end."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -66,7 +66,7 @@ def kernel_source(
 
 @_quickly()
 def jacobian_source(system: System, parameters: int, redundant: bool) -> str:
-    """C text of the Jacobian unit."""
+    """C text of the Jacobian unit (``units/jacobian_unit.py``)."""
     unit = jacobian_unit(model(Symbols(system, parameters)), redundant)
     made = ("eval",) if unit.dense else ("point", "along")
     functions = {n: f"j_{n}" if n in made else "0" for n in ("eval", "point", "along")}
@@ -76,7 +76,7 @@ def jacobian_source(system: System, parameters: int, redundant: bool) -> str:
 
 
 def linear_source(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> str:
-    """C text of the linear unit."""
+    """C text of the linearization unit (``units/linearization_unit.py``)."""
     text, nc = linear_text(system, parameters, chosen, quadratures, redundant)
     struct = LINEAR.initialiser(
         "trunnion_linear", abi="TR_ABI", nc=nc, ninputs=len(system.inputs), scene="0", prepare="l_prepare_all", rates="l_rates",

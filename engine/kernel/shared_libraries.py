@@ -1,8 +1,8 @@
 """Compiled kernels and the runtime as ctypes libraries, from the cache or built on demand.
 
 The key of a kernel depends on the system's structure, the columns, all sources that influence code, the compiler and the CPU level.
-A start with a filled cache therefore needs neither the symbolic library nor the compiler. Units are also cached by their text, so
-that scenes that differ only in names or columns use the same units. """
+A start with a filled cache therefore needs neither the symbolic library nor the compiler. The C files of a kernel (units) are also
+cached by their text. Scenes that differ only in names or columns therefore share units. """
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ ENGINE = Path(__file__).resolve().parent.parent
 RUNTIME = ENGINE / "runtime"
 SHAPING = ("columns", "elements", "kernel", "recursion", "runtime", "system")
 GUARDED = "host_"
-"""Prefix of the runtime's functions that Python calls. Each sets the floating-point environment, and restores the host's
-environment at its end."""
+"""Prefix of the runtime's functions that Python calls. Each function sets the floating-point environment at its start, and restores
+the environment of Python at its end."""
 UNITS = {"kernel": "trunnion_kernel", "outputs": "trunnion_outputs", "jacobian": "trunnion_jacobian", "linear": "trunnion_linear",
          "lanes": "trunnion_lanes"}
 MOST_FRICTIONS = 12
-"""Largest number of friction multipliers with which lanes are used. With more of them, lanes would need large maps."""
+"""Largest number of friction multipliers with which cases step in lanes. With more multipliers, lanes would need large maps."""
 MOST_TEXT, MOST_MAPS = 60_000, 1_000
-"""Largest sizes with which lanes compute rows: of the text of the unit of columns (characters), and of the maps (doubles). The unit
-is compiled a second time for lanes, and each case has the data of rows on its stack."""
+"""Largest sizes with which lanes compute rows. MOST_TEXT: characters of the output unit's text. MOST_MAPS: doubles in the maps. The
+output unit is compiled a second time for lanes, and each case has the data of rows on its stack."""
 
 
 @lru_cache(maxsize=1)
@@ -71,7 +71,7 @@ def kernel_key(system: System, parameters: int, chosen: list[Column], quadrature
 
 @lru_cache(maxsize=1)
 def runtime() -> ctypes.CDLL:
-    """The stepping library. If this library is not installed, this machine compiles it once."""
+    """The compiled runtime. If the installation has no compiled runtime, this machine compiles it once."""
     return built.library("runtime") or ctypes.CDLL(str(compiled_runtime()))
 
 
@@ -90,7 +90,7 @@ def compiled_runtime(machine: c_compiler.Machine | None = None) -> Path:
 
 
 def written_entries(folder: Path) -> Path:
-    """The file of the functions that Python calls, written into a folder."""
+    """Write the C file of the functions that Python calls into a folder, and return its path."""
     file = folder / "entry_points.c"
     file.write_text(entry_points("hosts/hosts.h", (RUNTIME / "hosts" / "hosts.h").read_text(), host=GUARDED))
     return file
@@ -106,7 +106,7 @@ def write_headers(folder: Path) -> None:
 
 @dataclass
 class Kernel:
-    """A loaded kernel: its libraries, sizes, facts, build time (seconds; 0 if cached), and the folder and key of its cache
+    """A loaded kernel, with its libraries, sizes, facts, build time (s; 0 from the cache), and the folder and key of its cache
     entry."""
 
     libraries: dict[str, ctypes.CDLL]
@@ -124,7 +124,8 @@ class Kernel:
         return self.address("jacobian")
 
     def lanes(self) -> int:
-        """Address of the table of lanes. The first call builds the lanes. Requires ``lanes_fit``."""
+        """Address of the table of functions that step cases in SIMD lanes. The first call builds these functions. Requires
+        ``lanes_fit``."""
         if "lanes" not in self.libraries:
             from trunnion.kernel.units.simd_lanes_unit import lanes_text
 
@@ -151,7 +152,7 @@ class Kernel:
 
 
 def _cached(unit: str, key: str, make: Callable[[Path], None]) -> ctypes.CDLL:
-    """The library of a unit, from the cache. ``make(folder)`` builds a missing library."""
+    """The library of a unit, from the cache. If the library is missing, ``make(folder)`` builds it."""
     folder, _ = library_cache.entry(f"{unit}-{key}", make)
     return ctypes.CDLL(str(folder / f"{unit}{c_compiler.library_suffix()}"))
 
@@ -169,7 +170,8 @@ def columns_library(built: Kernel) -> ctypes.CDLL | None:
 
 
 def lanes_fit(kernel: Kernel) -> bool:
-    """Whether lanes can step the cases of a kernel. Requires compiled code, few friction multipliers, no tables and few loops."""
+    """Whether the cases of a kernel can step in SIMD lanes. This requires compiled code, few friction multipliers, no tables and
+    few loops."""
     table = KERNEL.ctype.from_address(kernel.address("kernel"))
     compiled = (kernel.folder / "kernel.c").exists() and table.neta <= MOST_FRICTIONS
     return compiled and not any(getattr(table, n) for n in ("ntables", "nfill", "nkappa", "begin", "shift"))
@@ -249,8 +251,8 @@ def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Co
 
 
 def _compile_unit(folder: Path, unit: str, text: str) -> None:
-    """Write a unit's text and library into a folder. The text is the key of the cache, so other columns do not rebuild the stepping
-    unit, and other names rebuild no unit."""
+    """Write a unit's text and library into a folder. The text is the key of the cache. Therefore other columns do not rebuild the
+    stepping unit, and other names rebuild no unit."""
     library, flags = f"{unit}{c_compiler.library_suffix()}", c_compiler.unit_flags(unit, text)
 
     name = f"unit-{library_cache.digest(unit, text, header(), *flags, *_toolchain())}"

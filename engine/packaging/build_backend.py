@@ -1,5 +1,5 @@
-"""Build backend of the project: setuptools. Only a wheel with compiled libraries requires the C compiler and the symbolic library.
-An editable installation has no compiled libraries, and the two packages take 170 MB."""
+"""Build backend of the project, based on setuptools. Only a wheel with compiled libraries requires the packages of the C compiler
+and of the symbolic library, which take 170 MB. An editable installation has no compiled libraries."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ __all__ = [
 ]
 
 IMPORTED = ("numpy", "platformdirs", "pydantic")
-"""Dependencies that the code imports while it builds the libraries. Kinds of signals declare their keys with pydantic."""
+"""Packages that the build of the libraries imports. (Pydantic is needed because kinds of signals declare their keys with it.)"""
 
 
 def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:

@@ -1,6 +1,6 @@
 """Builds wheels for several platforms on one machine: ``python -m trunnion.packaging.platform_wheels -o FOLDER [PLATFORM ...]``.
 
-The compiler compiles for each platform on any other platform. Two builds of the same sources give the same bytes. The file
+The compiler compiles for each platform on any other platform. Equal sources give equal bytes in each build. The file
 ``SHA256SUMS`` beside the wheels has their checksums."""
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from trunnion.kernel.compilation.c_compiler import MACHINES
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = "import sys; sys.path.insert(0, 'engine/packaging'); import build_backend; print(build_backend.build_wheel(sys.argv[1]))"
 EPOCH = "315532800"
-"""Time of all files in a wheel (SOURCE_DATE_EPOCH): 1980-01-01, the earliest that an archive can have."""
+"""Time of all files in a wheel (SOURCE_DATE_EPOCH). The value is 1980-01-01, the earliest time that an archive can hold."""
 SUMS = "SHA256SUMS"
 
 
 def build(platform: str, folder: Path) -> Path:
-    """Build the wheel for a platform (a key of ``MACHINES``) in a folder. Returns its path."""
+    """Build the wheel for a platform (a key of ``MACHINES``) in a folder. Returns the path of the wheel."""
     env = dict(os.environ, TRUNNION_PLATFORM=platform, TRUNNION_PREBUILD="1", SOURCE_DATE_EPOCH=EPOCH)
     words = [sys.executable, "-c", BUILD, str(folder.resolve())]
     done = subprocess.run(words, cwd=ROOT, env=env, stdout=subprocess.PIPE, text=True, check=True, umask=0o022)
@@ -36,7 +36,7 @@ def write_checksums(folder: Path) -> None:
 
 
 def main() -> None:
-    """Build the wheels of the named platforms, by default of all, and their checksums."""
+    """Build the wheels of the named platforms (by default, all platforms), and write their checksums."""
     asked = argparse.ArgumentParser(prog="python -m trunnion.packaging.platform_wheels", description=main.__doc__)
     asked.add_argument("-o", dest="folder", type=Path, required=True, help="folder of the wheels")
     asked.add_argument("platforms", nargs="*", metavar="PLATFORM", help=f"default: {' '.join(MACHINES)}")

@@ -1,9 +1,9 @@
 """Commands of setuptools that build Trunnion's wheels: one package ``trunnion`` from three folders, with the compiled solver.
 
-A wheel holds the runtime and the precompiled primitives, so that an installed Trunnion needs no compiler. The libraries require a
-processor of the build machine's level; with ``TRUNNION_CPU=x86_64`` they run on any x86-64 processor. ``TRUNNION_PLATFORM`` names
-another platform by the tag of its wheels (``platform_wheels`` sets it). With ``TRUNNION_PREBUILD=0``, and in an editable
-installation, there are no compiled libraries; the first use compiles them.
+A wheel holds the runtime and the precompiled primitives, so that an installed Trunnion needs no compiler. The libraries require the
+processor features of the build machine. With ``TRUNNION_CPU=x86_64``, the libraries run on any x86-64 processor.
+``TRUNNION_PLATFORM`` names another platform by the tag of its wheels (``platform_wheels`` sets it). With ``TRUNNION_PREBUILD=0``,
+and in an editable installation, there are no compiled libraries. The first use of Trunnion then compiles the libraries.
 
 ``pyproject.toml`` names these classes. setuptools loads this file by its path, before ``trunnion`` can be imported."""
 
@@ -69,7 +69,7 @@ def temporary(name: str) -> str:
 
 
 class Build(build):
-    """Builds in a temporary folder, because a ``build`` folder would keep deleted files."""
+    """Builds in a temporary folder. A lasting ``build`` folder would still hold files that the checkout has deleted."""
 
     def initialize_options(self) -> None:
         super().initialize_options()
@@ -133,14 +133,14 @@ def platform_tag() -> str:
 
 
 class BdistWheel(bdist_wheel):
-    """Names the platform in the wheel's tag if the wheel holds libraries."""
+    """Puts the platform into the tag of a wheel that holds compiled libraries."""
 
     def finalize_options(self) -> None:
         self.distribution.has_ext_modules = prebuilt  # setuptools calls this function to choose between purelib and platlib
         super().finalize_options()
 
     def get_tag(self) -> tuple[str, str, str]:
-        """Python tag, ABI tag, platform. Libraries suit every Python version."""
+        """(Python tag, ABI tag, platform tag). The libraries work with every Python version."""
         return "py3", "none", platform_tag() if prebuilt() else "any"
 
 

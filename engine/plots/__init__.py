@@ -1,5 +1,5 @@
-"""Pictures of results: curves (``figure``), the mechanism at an instant (``mechanism``), animations (``animate``; ``view`` in a
-notebook)."""
+"""Pictures of results. ``figure`` draws curves, ``mechanism`` the mechanism at an instant, ``animate`` an animation, and ``view``
+an animation in a notebook."""
 
 from trunnion.plots.animation.html_or_film import animate
 from trunnion.plots.animation.notebook_view import view

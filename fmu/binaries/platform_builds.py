@@ -31,8 +31,8 @@ PARTS: dict[str, tuple[str, ...]] = {"parts": (), "long_parts": c_compiler.STRAI
 
 @dataclass(frozen=True)
 class Platform:
-    """A platform, which has one folder in ``binaries``. suffix: file suffix of its library. targets: (compiler target, CPU); the
-    libraries of two targets are joined into one file."""
+    """A platform of FMI. The FMU has one folder in ``binaries`` for each platform. suffix: file suffix of the platform's library.
+    targets: pairs (compiler target, CPU). The libraries of two targets are joined into one file."""
 
     suffix: str
     targets: tuple[tuple[str, str], ...]
@@ -57,9 +57,9 @@ NAMES = {
         "aarch64-windows": "aarch64-windows",
     },
 }
-"""For each standard: the name of each platform's folder."""
+"""{standard: {platform: name of its folder}}."""
 ALONE = {"2.0": "aarch64-linux"}
-"""For a standard: the platform that shares the folder of another platform. An FMU contains only one of the two."""
+"""{standard: platform that shares the folder of another platform}. An FMU contains only one of these two platforms."""
 INSIDE = "fmu_"
 """Prefix of the model's functions in ``native/standards``."""
 ENTRIES = {
@@ -67,7 +67,7 @@ ENTRIES = {
     "3.0": ("fmi3Functions.h", "fmi3FunctionTypes.h"),
     "library": ("mechanism.h", "mechanism.h.txt"),
 }
-"""By kind of export: the header with the functions, and the file that lists their types."""
+"""{kind of export: (header with the functions, file that lists their types)}."""
 SHELL_NAMES = {"2.0": "FMU_FMI2", "3.0": "FMU_FMI3", "library": "FMU_ALONE"}
 """The macro that is defined when ``native/translation_unit.c`` is compiled. The key is the kind of export: an FMI version, or a
 plain C library."""
@@ -78,7 +78,8 @@ HOSTS = {
 
 
 def chosen(names: Sequence[str], standard: str = "2.0") -> list[str]:
-    """The platforms for ``names``: "host", "all", and platform names of FMI 2.0 or 3.0. SceneError for any other name."""
+    """The names of the platforms to build. names: "host", "all", or platform names of FMI 2.0 or 3.0. SceneError for any other
+    name."""
     out: list[str] = []
     folders = NAMES[standard]
     also = {folder: name for name, folder in NAMES["3.0"].items()}
@@ -94,7 +95,7 @@ def chosen(names: Sequence[str], standard: str = "2.0") -> list[str]:
         out += [p for p in folders if p != ALONE.get(standard)] if name == "all" else [name]
     if ALONE.get(standard) in out and len(set(out)) > 1:
         what = f"FMI {standard} has one folder for 64-bit Linux, so {ALONE[standard]} excludes other platforms"
-        raise SceneError([Problem("--platform", what, "export it alone, or choose --fmi 3")])
+        raise SceneError([Problem("--platform", what, "export this platform alone, or choose --fmi 3")])
     return [p for p in folders if p in out]
 
 
@@ -108,8 +109,8 @@ def headers() -> Path:
 
 
 def library(name: str, identifier: str, sources: dict[str, str], standard: str = "2.0") -> bytes:
-    """The shared library for a platform, from the cache or built. It contains the shell of the standard, the runtime, and
-    ``sources``.
+    """The shared library for a platform, from the cache or built. The library contains the FMI functions, the runtime, and the
+    generated ``sources``.
     """
     place = PLATFORMS[name]
     parts = [_part(target, cpu, identifier, sources, place.suffix, standard) for target, cpu in place.targets]
@@ -138,14 +139,14 @@ def entries(kind: str) -> str:
 
 
 def shell_key() -> str:
-    """Digest of the C sources of shell and runtime, which do not depend on the model."""
+    """Digest of those C sources that do not depend on the model: the functions of the standard (the shell) and the runtime."""
     files = [*sorted(NATIVE.rglob("*.[ch]")), WINDOWS]
     return library_cache.digest(runtime_key(), *(f.read_bytes() for f in files), *FLAGS)
 
 
 def _cached(kind: str, make: Callable[[Path], None], *determined_by: str | bytes) -> Path:
-    """A folder of the cache. If it does not exist, ``make`` fills it. determined_by: everything that determines the folder's
-    contents, except shell and runtime."""
+    """A folder of the cache. If the folder does not exist, ``make`` fills a new one. determined_by: everything that determines the
+    folder's contents, except the sources of ``shell_key``."""
     return library_cache.entry(f"{kind}-{library_cache.digest(shell_key(), *determined_by)}", make)[0]
 
 
@@ -174,8 +175,8 @@ def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffi
 
 
 def _object(target: str, cpu: str, file: str, text: str) -> Path:
-    """The object file of a generated file other than ``model``, from the cache or compiled. FMUs of both standards share this file;
-    models with the same kinds of parts share the object file of the parts."""
+    """The object file of a generated file other than ``model``, from the cache or compiled. FMUs of both standards share this
+    object file. Models with the same kinds of parts share the object file of the parts."""
     flags = PARTS[file] if file in PARTS else c_compiler.optimised_flags(file, text)
 
     def make(folder: Path) -> None:
@@ -200,8 +201,8 @@ def _constant(target: str, cpu: str) -> Path:
 
 
 def _shell(target: str, cpu: str, standard: str) -> Path:
-    """The folder with the object files of a standard's shell and entry points. All FMUs of that standard for a target share this
-    folder."""
+    """The folder with the object files of a standard's functions (the shell) and of its entry points. All FMUs of one standard and
+    one target share this folder."""
     name, text = SHELL_NAMES[standard], entries(standard)
 
     def make(folder: Path) -> None:
@@ -243,8 +244,8 @@ def _system(target: str) -> str:
 
 
 def _compile_with_libc(target: str, cpu: str, folder: Path, source: Path) -> None:
-    """Compile a source into a folder, which holds the generated headers. For Windows, also compile the functions that its C library
-    lacks."""
+    """Compile a source into a folder, which holds the generated headers. For Windows, also compile the functions that the C library
+    of Windows lacks."""
     for file in (source, *([WINDOWS] if _system(target) == "windows" else [])):
         _compile(target, cpu, folder, ["-c", str(file), "-o", str(folder / f"{file.stem}.o")])
 
@@ -259,7 +260,7 @@ CPU_TYPES = {b"\x07\x00\x00\x01": 0x01000007, b"\x0c\x00\x00\x01": 0x0100000C}
 
 
 def fat(parts: list[bytes]) -> bytes:
-    """Mach-O files for several processors, joined into one universal file. Its header has one record for each processor: CPU type,
+    """Mach-O files for several processors, joined into one universal file. The header has one record for each processor: CPU type,
     CPU subtype, offset, size and alignment, all big-endian."""
     align = 14
     offset, records, body = 1 << align, b"", b""

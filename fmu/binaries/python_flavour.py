@@ -1,5 +1,5 @@
-"""FMUs of the python flavour, built with pythonfmu. The Python slave needs only the standard library; it calls the native library,
-which is in the same folder."""
+"""FMUs of the python flavour, built with pythonfmu. The Python slave needs only Python's standard library. The slave calls the
+native library, which is in the same folder."""
 
 from __future__ import annotations
 

@@ -26,13 +26,13 @@ TARGET = ("-target", "wasm32-wasi", "-mexec-model=reactor")
 FLAGS = ("-std=c99", "-O2", "-fno-sanitize=all", "-g0", "-s", "-w")
 FUNCTIONS = ("init", "set", "get", "start", "step", "time", "why")
 ALL = ("*",)
-"""Output columns of the page: all, because drawing needs the poses of all bodies."""
+"""The page has all output columns, because drawing needs the poses of all bodies."""
 DIGITS = 6
 SETTINGS = "solver."
 
 
 def web(scene: Given, overrides: Mapping[str, Any] | None = None, step: float = 0.0) -> dict[str, bytes]:
-    """Two files: the page, which contains the WebAssembly module, and the module alone. Errors as in ``library``."""
+    """Two files: the page, which contains the WebAssembly module, and the module alone. The errors are those of ``library``."""
     made = library(scene, overrides, ALL, step)
     module = wasm(made)
     given = {"title": escape(made.first.scene.title or made.first.scene.name), "wasm": base64.b64encode(module).decode()}
@@ -41,7 +41,7 @@ def web(scene: Given, overrides: Mapping[str, Any] | None = None, step: float = 
 
 
 def wasm(made: Library) -> bytes:
-    """The WebAssembly module of a library, from the cache or compiled. It exports ``web_init`` and the other ``FUNCTIONS``,
+    """The WebAssembly module of a library, from the cache or compiled. The module exports ``web_init`` and the other ``FUNCTIONS``,
     simulates one mechanism and imports nothing."""
     files = {n: t for n, t in made.files.items() if n.endswith((".c", ".h")) and n != "main.c"}
     files["web.c"] = filled("wasm_exports.c", {"name": made.name, "scene": plain(made.first.scene.name)})
@@ -79,7 +79,8 @@ def _model(made: Library) -> dict[str, Any]:
 
 
 def _fastest(first: Result) -> str:
-    """The rate with the largest acceleration at the start; among equal accelerations, the largest rate."""
+    """The index of the joint rate with the largest acceleration at the start. Among equal accelerations, the largest rate
+    decides."""
     rates = [n for n in first.names if re.search(r"\.qd\[\d+\]$", n)]
     return max(rates, key=lambda n: (abs(float(first[n.replace(".qd[", ".qdd[")][0])), abs(float(first[n][0]))), default="")
 

@@ -21,8 +21,8 @@ a bound is too small."""
 
 @dataclass(frozen=True)
 class Sizes:
-    """The sizes in the C tables of a mechanism's generated files (units). block: size of the simulation block on a 64-bit platform,
-    bytes; on other platforms the block is smaller."""
+    """The sizes in the C tables of a mechanism's generated files (units). block: size in bytes of the memory block of a simulation
+    on a 64-bit platform. On other platforms the block is smaller."""
 
     kernel: dict[str, int]
     outputs: dict[str, int]
@@ -64,7 +64,7 @@ def _table(text: str, record: Record) -> dict[str, int]:
 def _block(
     kernel: dict[str, int], outputs: dict[str, int], jacobian: dict[str, int], nbreaks: int, ntables: int, events: int
 ) -> int:
-    """The size of the simulation block, bytes; the runtime computes it."""
+    """The size in bytes of the memory block of a simulation, computed by the runtime."""
     tables = [r.ctype(**n) for r, n in ((KERNEL, kernel), (OUTPUTS, outputs), (JACOBIAN, jacobian))]
     size = runtime().tr_size
     size.restype = ctypes.c_size_t

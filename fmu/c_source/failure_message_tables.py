@@ -13,8 +13,8 @@ from trunnion.simulation.runtime_interface.friction_pair_and_stop_names import s
 
 
 def cause_tables(model: Model) -> str:
-    """C tables of three kinds: outcomes by status and by reason; the joint of each pair, multiplier, loop, rate and stop; names of
-    event kinds."""
+    """C tables of three kinds: outcomes by status and by reason; the joint of each friction pair, multiplier, loop, rate and end
+    stop; names of event kinds."""
     system, sizes = model.system, model.kernel.sizes
     joints = [j.name for j in system.frictional]
     etas = [-1] * sizes["neta"]

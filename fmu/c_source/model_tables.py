@@ -34,8 +34,8 @@ HEAD = (
 
 
 def model_text(model: Model, all_: FmuVariables, guid: str, linear: bool, faces: str = "", types: int = 1) -> str:
-    """The C source that defines ``fmu_the_model``. faces: C text of the tables for FMI 3.0; "" for FMI 2.0. types: bits of
-    ``KINDS``."""
+    """The C source that defines ``fmu_the_model``. faces: C text of the tables that only FMI 3.0 needs; "" for FMI 2.0. types: bits
+    of ``KINDS``."""
     n, sizes, sim = model.built.numbers, model.kernel.sizes, model.built.scene.simulation
     listed = all_.listed
     settings = [*(v for v in listed if v.causality == "parameter"), *all_.followers]
@@ -72,7 +72,7 @@ def model_text(model: Model, all_: FmuVariables, guid: str, linear: bool, faces:
 
 
 def _erring(model: Model, listed: list[Variable]) -> str:
-    """The C table of the error properties of all outputs; "" without the parameter ``solver.errors``."""
+    """The C table that states how the error of each output is estimated; "" if the FMU lacks the parameter ``solver.errors``."""
     if not any(v.role == ERRORS for v in listed):
         return ""
     k = kinds(model.columns, model.built.numbers)
@@ -85,8 +85,9 @@ def _erring(model: Model, listed: list[Variable]) -> str:
 
 
 def _certified(model: Model, listed: list[Variable]) -> tuple[str, str, str]:
-    """The fields ``erring``, ``tighter`` and ``larger`` of ``fmu_model``: the table of ``_erring``; the tolerance of the run
-    divided by that of the second run; the error divided by the difference of the two runs."""
+    """The fields ``erring``, ``tighter`` and ``larger`` of ``fmu_model``. ``erring`` is the table of ``_erring``. ``tighter`` is
+    the tolerance of the run divided by the tolerance of the second run. ``larger`` is the error divided by the difference of the
+    two runs."""
     if not any(v.role == ERRORS for v in listed):
         return "0", "1", "1"
     sim = model.built.scene.simulation
@@ -95,7 +96,7 @@ def _certified(model: Model, listed: list[Variable]) -> tuple[str, str, str]:
 
 
 def events_kept(watched: int) -> int:
-    """The number of events that a simulation block can store. watched: number of pairs and stops."""
+    """The number of events that the memory block of a simulation can store. watched: number of friction pairs and end stops."""
     return 4 * watched + 16
 
 
@@ -103,7 +104,8 @@ def _code(programs: list[list[str]]) -> str:
     """The C array with the stack code of all expressions; SceneError when an expression needs too large a stack."""
     most = max((depth(p) for p in programs), default=1)
     if most > STACK:
-        raise SceneError([Problem("parameters", f"an expression keeps {most} values, more than {STACK}", "divide the expression")])
+        what = f"an expression needs a stack of {most} values, more than {STACK}"
+        raise SceneError([Problem("parameters", what, "divide the expression")])
     return f"static const double m_code[]={{{','.join(w for p in programs for w in p) or '0'}}};\n"
 
 

@@ -1,5 +1,5 @@
 """The C files of an exported model, and their lists in ``modelDescription.xml`` or ``buildDescription.xml`` of an FMU. Each file
-contains the text of all project headers; it includes only the header ``NAME.h``."""
+contains the text of all project headers, and includes only the header ``NAME.h``."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ def texts(units: Mapping[str, str], sizes: Sizes, kind: str, prefix: str, checke
 
 
 def _begin(name: str, kind: str, prefix: str) -> str:
-    """The first line of a file. Shell and entry points have one: the include of the header, or for FMI the prefix of function
-    names."""
+    """The first lines of a file; "" except in ``shell`` and ``entry_points``. The lines include the header, or define the prefix of
+    FMI's function names."""
     if name not in ("shell", "entry_points"):
         return ""
     if kind == "library":
@@ -82,14 +82,14 @@ def _unit(text: str) -> str:
 
 @lru_cache(maxsize=1)
 def _given() -> dict[str, str]:
-    """Texts of the headers that are not files of the project, or are empty in exported sources."""
+    """Texts of two kinds of headers by name: generated headers, and headers that are empty in exported sources."""
     return {"base/compiler.h": "", "mechanism.h": "", "tr_abi.h": header(), "tr_tables.h": tables(), **dict.fromkeys(UNUSED, "")}
 
 
 @lru_cache(maxsize=8)
 def finished(start: str, shell: str = "", checked: bool = False) -> str:
-    """A C text with its project includes expanded, as C99 for any compiler. shell: the macro that selects the parts of
-    ``native/translation_unit.c`` (a value of SHELL_NAMES)."""
+    """A C text as C99 for any compiler, with the includes of the project's files expanded. shell: the macro that selects the parts
+    of ``native/translation_unit.c`` (a value of SHELL_NAMES)."""
     text = one_file(start, [RUNTIME, NATIVE], _given(), LEFT, shell)
     text = re.sub(r"\brestrict\b", "TR_RESTRICT", text)
     return ascii_only(nothing_unused(used_only(fixed(used_only(text), checked))))

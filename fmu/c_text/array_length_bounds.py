@@ -1,8 +1,8 @@
 """Upper bounds of the array lengths in the runtime, as C constants of the mechanism.
 
-The number of pairs at rest (``rest``, ``n``) is at most the number of all pairs. The numbers of multipliers in a group, and of
-multipliers that come to rest, are at most the number of all multipliers. The number of internal forces is at most the number of
-constraint rows. ``tests/fmu/sources/test_c_library.py`` checks each length against its bound."""
+The number of friction pairs at rest (``rest``, ``n``) is at most the number of all pairs. The numbers of multipliers in a group,
+and of multipliers that come to rest, are at most the number of all multipliers. The number of internal forces is at most the number
+of constraint rows. ``tests/fmu/sources/test_c_library.py`` checks each length against its bound."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FIELDS = {
     "MODEL->kernel->nq": "TR_MAX_NQ", "MODEL->kernel->nv": "TR_MAX_NV", "MODEL->inputs": "TR_MAX_NINPUTS",
     "MODEL->outputs": "TR_MAX_NOUT", "MODEL->columns->nout": "TR_MAX_NOUT",
 }  # fmt: skip
-"""Upper bounds of struct fields. A field of a friction problem (``c``, ``q``) has the bound of the quantity that the field
+"""Upper bounds of struct fields. In a friction problem (``c``, ``q``), a field has the bound of the quantity that the field
 counts."""
 
 PAIRS, MULTIPLIERS = {"n": "TR_MAX_NSLIDERS"}, {"n": "TR_MAX_NETA"}

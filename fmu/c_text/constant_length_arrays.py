@@ -36,7 +36,7 @@ class Function:
 
 def fixed(text: str, checked: bool = False) -> str:
     """The text without variable-length arrays. checked: whether the macro ``TR_FITS`` checks each length against its bound at run
-    time; it must be defined when the text is compiled. BoundMissing for a length without a known bound."""
+    time. Who compiles the text must then define this macro. BoundMissing for a length without a known bound."""
     out, at = [], 0
     for d in definitions(text):
         made = Function(d.name, text[d.body : d.end])
@@ -66,7 +66,7 @@ def _assignments(body: str, name: str) -> str:
 
 
 def split(declarators: str) -> list[str]:
-    """The parts of a list that is separated by commas; commas inside brackets do not separate."""
+    """The parts of a list whose separators are commas. Commas inside brackets do not separate parts."""
     out, depth, begin = [], 0, 0
     for i, c in enumerate(declarators):
         depth += (c in "([{") - (c in ")]}")

@@ -1,4 +1,4 @@
-"""Removes unused code from C text and converts the text to ASCII, so that any compiler accepts it without warnings."""
+"""Removes unused code from C text and converts the text to ASCII, so that any compiler accepts the text without warnings."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def definitions(text: str) -> Iterator[Definition]:
 
 
 def _closing(text: str, at: int) -> int:
-    """The position behind the closing brace of the block that contains the position ``at``, and behind a line break after the
-    brace."""
+    """The position after the closing brace of the block that contains the position ``at``. A line break after the brace is skipped,
+    too."""
     depth = 1
     for found in BRACE.finditer(text, at):
         depth += (found[0] == "{") - (found[0] == "}")
@@ -97,7 +97,7 @@ def nothing_unused(text: str) -> str:
 
 
 def ascii_only(text: str) -> str:
-    """The text in ASCII. In comments, other letters are spelled out; in strings, they become octal escapes of their bytes."""
+    """The text in ASCII. A letter outside ASCII is spelled out in comments, and becomes octal escapes of its bytes in strings."""
 
     def spelt(found: re.Match[str]) -> str:
         part = found[0]

@@ -14,8 +14,8 @@ SYSTEM = re.compile(r"^#include <[^>]+>\n", re.MULTILINE)
 
 
 def one_file(start: str, folders: Sequence[Path], made: Mapping[str, str], left: Sequence[str], shell: str) -> str:
-    """The text ``start`` with its includes expanded. A file is in ``made``, or else in a folder; include lines of other files, and
-    of those named in ``left``, remain. shell: the macro in SHELLS that is defined; "" for none."""
+    """The text ``start`` with its includes expanded. A file is in ``made``, or else in a folder. Include lines remain for files
+    that are in neither, and for files named in ``left``. shell: the macro in SHELLS that is defined; "" for none."""
     seen: set[str] = set()
 
     def text_of(found: re.Match[str]) -> str:
@@ -38,8 +38,8 @@ def one_file(start: str, folders: Sequence[Path], made: Mapping[str, str], left:
 
 
 def decided(text: str, name: str, defined: bool) -> str:
-    """The text in which each block ``#if defined NAME`` … ``#else`` … ``#endif`` is replaced by its active branch. The ``#else`` is
-    optional; the blocks must not be nested."""
+    """The text in which each block ``#if defined NAME`` … ``#else`` … ``#endif`` is replaced by its active branch. Lines ``#else``
+    are optional. The blocks must not be nested."""
     branch = re.compile(rf"^#if defined {name}\b[^\n]*\n(.*?)(?:^#else\n(.*?))?^#endif\n", re.MULTILINE | re.DOTALL)
     return branch.sub(lambda found: found[1 if defined else 2] or "", text)
 

@@ -12,7 +12,7 @@ def number(x: float) -> str:
 
 
 def string(text: str) -> str:
-    """The text as a C string literal; line breaks become spaces."""
+    """The text as a C string literal, in which line breaks become spaces."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", " ")
     return f'"{escaped}"'
 

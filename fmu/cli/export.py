@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def folder_option(name: str) -> Any:
-    """The option ``-o`` for a folder. name: the default folder in the help."""
+    """The command-line option ``-o`` for a folder. name: the default folder, as the help shows it."""
     return typer.Option("-o", "--output", metavar="DIR", help="Folder for the written files.", show_default=name)
 
 
@@ -50,7 +50,7 @@ def export_c(
     save: CFolder = None,
     as_json: Json = False,
 ) -> int:
-    """Export a scene as a C99 library that needs no heap and no input or output, with an example and build files."""
+    """Export a scene as a C99 library with an example and build files. The library needs no heap and no input or output."""
     from trunnion.cli.output.exit_codes_and_errors import DONE
     from trunnion.cli.output.printed_output import print_result
     from trunnion.fmu.c_library.library_files import library, write_files

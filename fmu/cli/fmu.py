@@ -12,8 +12,10 @@ from trunnion.cli.options.option_declarations import Changes, Json, Scene, colum
 if TYPE_CHECKING:
     from trunnion.scene.data_classes.scene import Scene as SceneData
 
-KERNEL = "How the equations are evaluated: compiled for the fastest runs, parts for the fastest export; auto chooses."
-PLATFORM = "host, all, linux64, win64, darwin64, aarch64-darwin, aarch64-linux (FMI 2.0: alone); FMI 3.0: also aarch64-windows."
+KERNEL = "How the equations are evaluated. compiled gives the fastest runs, parts the fastest export. auto chooses one of these."
+PLATFORM = (
+    "host, all, linux64, win64, darwin64, aarch64-darwin, aarch64-linux (FMI 2.0: no other platform), aarch64-windows (FMI 3.0)."
+)
 Platform = Annotated[list[str], typer.Option("--platform", metavar="P", help=PLATFORM, default_factory=list, show_default="host")]
 Step = Annotated[
     str | None,
@@ -25,8 +27,8 @@ FmuOutputs = Annotated[
 
 
 Save = Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write this .fmu.", show_default="NAME.fmu")]
-FLAVOUR = "native: runs on any host; python: the host needs a Python interpreter, and this export needs pythonfmu."
-WHOLE_VECTORS = "Also make vector components that are 0 in the scene parameters of the FMU."
+FLAVOUR = "native: for any host. python: for a host with a Python interpreter; the export needs pythonfmu."
+WHOLE_VECTORS = "Vector components that are 0 in the scene become parameters of the FMU, too."
 REFERENCE = "Include results of the scene with their allowed differences, to check importers (FMI-LS-REF)."
 VALUES = "Also write the values of all parameters to this .ssv file."
 
@@ -48,7 +50,7 @@ def command(
         bool, typer.Option("--sources", help="Include the C sources, so that other tools can compile the FMU for other platforms.")
     ] = False,
     certify: Annotated[
-        bool, typer.Option("--certify", help="Add the parameter solver.errors: if it is 1, each output is its error estimate.")
+        bool, typer.Option("--certify", help="Add the parameter solver.errors. If it is 1, each output holds its error estimate.")
     ] = False,
     reference: Annotated[bool, typer.Option("--reference", help=REFERENCE)] = False,
     changes: Changes,

@@ -21,7 +21,7 @@ PICTURE = "picture.png"
 
 
 def picture(result: Result) -> bytes:
-    """A PNG picture, without metadata, of the mechanism at its start. A cached picture saves the import of matplotlib, which takes
+    """A PNG picture, without metadata, of the mechanism at its start. The picture is cached, because the import of matplotlib takes
     longer than the rest of an export."""
     plots = find_spec("trunnion.plots")
     assert plots is not None
@@ -103,7 +103,7 @@ def licences(flavour: str) -> dict[str, bytes]:
 
 
 def _licence(name: str) -> bytes:
-    """The licence of an installed distribution. For Trunnion in a source checkout, it is the file LICENSE at the root."""
+    """The licence of an installed distribution. In a source checkout, the licence of Trunnion is the file LICENSE at the root."""
     own = Path(__file__).resolve().parents[2] / "LICENSE"
     if name == "trunnion" and own.is_file():
         return own.read_bytes()

@@ -36,8 +36,8 @@ CATEGORIES = {
 
 
 def date(scene: Scene) -> str:
-    """The generation date: SOURCE_DATE_EPOCH if this is set, else the scene's date, else a constant. The date never is the time of
-    the export, so that exports are reproducible."""
+    """The generation date: SOURCE_DATE_EPOCH if this variable is set, else the scene's date, else a constant. The date never is the
+    time of the export, so that repeated exports give equal files."""
     if scene.date and "SOURCE_DATE_EPOCH" not in os.environ:
         return f"{scene.date}T00:00:00Z"
     at = datetime.fromtimestamp(int(os.environ.get("SOURCE_DATE_EPOCH", "946684800")), UTC)
@@ -97,7 +97,8 @@ def experiment(root: Element, scene: Scene, step: float) -> None:
 def add_units(
     root: Element, listed: list[Variable], extra: tuple[str, ...] = (), bases: Mapping[str, Mapping[str, str]] | None = None
 ) -> None:
-    """Write UnitDefinitions. extra: further units. bases: attributes of the base units of units that are not units of Trunnion."""
+    """Write UnitDefinitions. extra: further units. bases: by unit, the attributes of its base unit if Trunnion does not know the
+    unit."""
     units = SubElement(root, "UnitDefinitions")
     for unit in sorted({v.unit for v in listed if not v.type} | set(extra)):
         node = SubElement(units, "Unit", {"name": unit})
@@ -163,8 +164,8 @@ def real(v: Variable) -> dict[str, str]:
 
 
 def _structure(root: Element, made: ExportedModel) -> None:
-    """Write ModelStructure: the outputs with their dependencies during the run and at the start, and the derivatives of states,
-    which depend on all known variables."""
+    """Write ModelStructure: the outputs with their dependencies during the run and at the start, and the derivatives of states.
+    Derivatives of states depend on all known variables."""
     structure, first, n = SubElement(root, "ModelStructure"), len(made.listed) + 1, len(made.exchanged.states)
     outputs = [(i, v, d) for i, (v, d) in enumerate(zip(made.listed, made.depends, strict=False)) if v.causality == "output"]
     states, rates = range(first, first + n), range(first + n, first + 2 * n)
@@ -185,7 +186,7 @@ def _structure(root: Element, made: ExportedModel) -> None:
 
 
 def _unknown(node: Element, index: int, places: tuple[int, ...] | None) -> None:
-    """Write an unknown with its dependencies. places: indices of the variables on which it depends; None means all known
+    """Write an unknown with its dependencies. places: indices of the variables on which the unknown depends; None means all known
     variables."""
     SubElement(node, "Unknown", {"index": str(index), **({} if places is None else depends_on(places))})
 

@@ -29,7 +29,8 @@ TIME = "time"
 
 
 def _own(made: ExportedModel) -> int:
-    """The value reference of the time. The clocks, their times and their counts have the next references."""
+    """The value reference of the time. The next references belong to the clocks, to the times of their ticks and to their
+    counts."""
     return len(made.listed)
 
 
@@ -115,7 +116,7 @@ def _whole(f: Fmi3Variable) -> dict[str, str]:
 
 
 def _rate_of(f: Fmi3Variable, made: ExportedModel) -> Fmi3Variable | None:
-    """The variable whose time derivative f is, component by component; None if there is no such variable."""
+    """The variable of which f is the time derivative, component by component; None if there is no such variable."""
     for other in made.fmi3_variables if f.first.rate_of else ():
         if [p.rate_of for p in f.parts] == [p.name for p in other.parts]:
             return other
@@ -161,8 +162,8 @@ def _exchanged(parent: Element, made: ExportedModel) -> None:
 
 def _structure(root: Element, made: ExportedModel) -> None:
     """Write ModelStructure: the outputs with their dependencies during the run and at the start, derivatives, event indicators.
-    Derivatives depend on all inputs and states; these are listed, because some importers read only lists. As elsewhere, time is not
-    listed."""
+    Derivatives depend on all inputs and states. The element lists all of them, because some importers read only lists. Time is not
+    listed, as in the other elements."""
     structure = SubElement(root, "ModelStructure")
     place = {f.reference + i + 1: f.reference for f in made.fmi3_variables for i in range(len(f.parts))}
     outputs = [f for f in made.fmi3_variables if f.first.causality == "output"]
@@ -187,7 +188,8 @@ def _structure(root: Element, made: ExportedModel) -> None:
 
 
 def _of_parts(f: Fmi3Variable, made: ExportedModel, now: bool) -> Iterator[int]:
-    """Positions of the variables on which the components of an output depend. now: during the run; else at the start."""
+    """Positions of the variables on which the components of an output depend. now: True for the dependencies during the run, False
+    for those at the start."""
     for i in range(len(f.parts)):
         d = made.depends[f.reference + i]
         yield from d.now if now else d.start

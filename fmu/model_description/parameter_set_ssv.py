@@ -20,8 +20,8 @@ BaseUnits = Mapping[str, str]
 
 @dataclass(frozen=True)
 class ParameterValue:
-    """A value of a parameter. type: "Real", "Integer", "Boolean" or "String". value: as text. unit: of a real parameter, else
-    ""."""
+    """A value of a parameter. type: "Real", "Integer", "Boolean" or "String". value: the value as text. unit: the unit of a real
+    parameter, else ""."""
 
     name: str
     type: str
@@ -30,7 +30,7 @@ class ParameterValue:
 
 
 def of_scene(listed: Iterable[Variable]) -> list[ParameterValue]:
-    """The parameters of an FMU with their exported values. Enumerations, which are settings of the solver, are omitted."""
+    """The parameters of an FMU with their exported values. The list omits enumerations, which are settings of the solver."""
     out = []
     for v in listed:
         if v.causality == "parameter" and v.type not in ENUMERATIONS:

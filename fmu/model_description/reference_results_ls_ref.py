@@ -1,6 +1,7 @@
-"""The folder ``extra/org.fmi-standard.fmi-ls-ref`` of an FMU: reference results with their allowed differences, the experiment
-that gives them, the scene and the values of the parameters. They are listed in a manifest (layered standard FMI-LS-REF
-1.0.0-alpha.1, for FMI 2.0 and 3.0). The experiment is in the Experiments Format (draft ma-hs-experiments of 2026)."""
+"""The folder ``extra/org.fmi-standard.fmi-ls-ref`` of an FMU. The folder holds reference results with their allowed differences,
+and the experiment that gives these results. The folder also holds the scene and the values of the parameters. A manifest lists all
+files (layered standard FMI-LS-REF 1.0.0-alpha.1, for FMI 2.0 and 3.0). The experiment is in the Experiments Format (draft
+ma-hs-experiments of 2026)."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ ABOUT = "Layered Standard providing information on related files included in an 
 REFERENCE, ALLOWED, EXPERIMENT, VALUES = "reference.csv", "allowed_differences.csv", "reference.exp", "parameters.ssv"
 EXPERIMENTS = "application/x-ma-hs-experiments"
 ROUND_OFF = 1e-9
-"""Least allowed difference, relative to the largest value of a column: FMUs and the engine round differently."""
+"""Least allowed difference, relative to the largest value of a column. The limit is needed because FMUs and the engine round
+differently."""
 GUIDE = """reference.csv contains outputs of this FMU from t = 0 to {until:.9g} s, one row every {every:g} s. The engine of Trunnion
 computed them with the relative tolerance {rtol:g}, with all inputs at their start values. Accuracy of this run: {errors}. {end}
 Outputs without a stated error are omitted. Components of an array have the names array[1], array[2], ...
@@ -38,8 +40,8 @@ setting any variable, and compare the outputs at the times of reference.csv.
 
 
 def reference_files(made: ExportedModel, reference: Result, scalars: bool) -> dict[str, bytes]:
-    """The files by path in the archive. reference: a run of the scene with error estimates. scalars: whether the FMU has no arrays,
-    which SSV 1.0 lacks."""
+    """The files by path in the archive. reference: a run of the scene with error estimates. scalars: whether the FMU has no arrays.
+    Only then a file of parameters is written, because SSV 1.0 has no arrays."""
     stated = _stated_rows(reference)
     errors = _allowed(made, reference, stated)
     table = reference.data[:stated, [0, *(reference.names.index(n) for n in errors)]]
@@ -60,13 +62,13 @@ def reference_files(made: ExportedModel, reference: Result, scalars: bool) -> di
 
 
 def _stated_rows(reference: Result) -> int:
-    """The number of rows from the start for which errors are stated."""
+    """The number of rows, counted from the start, for which the reference run states errors."""
     c = reference.certainty
     return 0 if c is None else int(np.searchsorted(reference.time, c.promise.until))
 
 
 def _allowed(made: ExportedModel, reference: Result, rows: int) -> dict[str, float]:
-    """The allowed difference of each real output whose error is stated in these rows."""
+    """The allowed difference of each real output whose error the reference run states in the rows of ``_stated_rows``."""
     c = reference.certainty
     outputs = [v.name for v in made.listed if v.causality == "output" and not v.type]
     if c is None or not rows:
@@ -81,7 +83,8 @@ def _csv(names: Mapping[str, float], rows: np.ndarray) -> bytes:
 
 
 def _experiment(made: ExportedModel, until: float, scalars: bool) -> bytes:
-    """The experiment that ends at ``until``, s, and gives the reference results. scalars: whether there is a file of parameters."""
+    """The experiment that gives the reference results. until: end of the experiment, s. scalars: whether the folder has a file of
+    parameters."""
     root = Element("Experiments", {"name": made.scene.name})
     one = SubElement(root, "Experiment", {"name": "reference", "tolerance": repr(float(made.scene.simulation.rtol))})
     times = {"startTime": 0.0, "stopTime": until, "stepSize": made.step}

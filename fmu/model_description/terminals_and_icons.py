@@ -18,9 +18,10 @@ TURNS, SLIDES, SENSES = "rotational", "translational", "joint"
 drives or loads a joint with one degree of freedom. SENSES: inputs and outputs of any other joint."""
 FLANGE = "Modelica.Mechanics.{}.Interfaces.Flange_a"
 KINDS = {TURNS: FLANGE.format("Rotational"), SLIDES: FLANGE.format("Translational"), SENSES: "_trunnion_joint"}
-"""``terminalKind`` by kind of terminal. By FMI 3.0, the name of a kind that only one tool has begins with ``_`` and the tool."""
+"""``terminalKind`` by kind of terminal. FMI 3.0 requires that the name of a tool's own kind begins with ``_`` and the name of the
+tool."""
 MEMBERS = {TURNS: ("phi", "tau"), SLIDES: ("s", "f")}
-"""The members of the flanges of the Modelica library: motion, and effort on the component."""
+"""{kind: (motion, effort on the component)}: names of the members, as in the flanges of the Modelica library."""
 SIGNAL, INFLOW = "signal", "inflow"
 EDGE, HALF = 100.0, 8.0
 """EDGE: half the side of the FMU's icon. HALF: half the side of a terminal's icon."""
@@ -36,13 +37,13 @@ class Terminal:
 
 
 def terminals(model: Model, made: Iterable[Fmi3Variable]) -> list[Terminal]:
-    """The terminals of the FMU. made: its variables. Only inputs and outputs can be members."""
+    """The terminals of the FMU. made: the variables of the FMU. Only inputs and outputs can be members of a terminal."""
     given = {f.name for f in made if f.first.causality in ("input", "output")}
     return [t for j in model.system.joints if (t := _flange(model, j, given) or _sensor(model, j, given)).members]
 
 
 def _flange(model: Model, j: Joint, given: set[str]) -> Terminal | None:
-    """The flange of a joint whose motion or effort is an input, if motion and effort are variables of the FMU."""
+    """The flange of a joint whose motion or effort is an input; None unless motion and effort are variables of the FMU."""
     if j.kind.nv != 1 or not j.devices:
         return None
     motion, effort = (_input_of(model, signal) for signal in (j.devices[0].drive, j.devices[0].effort))
@@ -54,8 +55,8 @@ def _flange(model: Model, j: Joint, given: set[str]) -> Terminal | None:
 
 
 def _sensor(model: Model, j: Joint, given: set[str]) -> Terminal:
-    """The terminal with all outputs of a joint, and the inputs of its devices. FMI's names <terminal>.<member> equal the names of
-    the outputs."""
+    """The terminal with all outputs of a joint and the inputs of the joint's devices. FMI's names <terminal>.<member> equal the
+    names of the outputs."""
     of = f"{j.name}."
     inputs = {name for d in j.devices for s in (d.drive, d.effort) if (name := _input_of(model, s)) in given}
     found = [(n, n.removeprefix(of)) for n in sorted(given) if n.startswith(of)] + [(n, f"inputs.{n}") for n in sorted(inputs)]

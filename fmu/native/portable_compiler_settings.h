@@ -13,8 +13,9 @@
 #define TR_RESTRICT restrict
 #endif
 
-/* Length of an array. The minimum is 16, because C has no empty arrays, and because a smaller minimum would give warnings:
- * compilers also analyse code for elements that a mechanism lacks, such as ball joints, and find indices beyond a shorter array. */
+/* Length of an array. The minimum is 16. C has no empty arrays, and a smaller minimum would give warnings. Compilers also analyse
+ * code for elements that a mechanism lacks, such as ball joints. In this code, compilers would find indices beyond the end of a
+ * shorter array. */
 #define TR_ROOM(n) ((n) > 16 ? (n) : 16)
 #define TR_LARGER(a, b) ((a) > (b) ? (a) : (b))
 

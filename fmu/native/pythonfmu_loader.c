@@ -1,8 +1,8 @@
-/* The library that hosts load from an FMU of the python flavour. It passes calls on to pythonfmu's library in the same folder, and
- * adds what that library lacks. `library_search.c`: pythonfmu decodes only "%20" in paths, fails on Linux without libpython, and on
- * Windows with paths that are not ASCII. `slave_calls.c`: pythonfmu does not check the GUID; it turns every status of a slave into OK
- * or a fatal error; without logging it hides errors; it keeps only registered variables as state, accepts any bytes as a state, and
- * lacks derivatives. Calls run in the default floating-point environment. */
+/* The library that hosts load from an FMU of the python flavour. The library passes calls on to pythonfmu's library in the same
+ * folder, and corrects faults of pythonfmu. `library_search.c` corrects paths: pythonfmu decodes only "%20", fails on Linux without
+ * libpython, and fails on Windows if a path is not ASCII. `slave_calls.c` corrects calls. pythonfmu does not check the GUID, turns
+ * every status of a slave into OK or a fatal error, and hides errors while logging is off. As a state, pythonfmu keeps only
+ * registered variables, and accepts any bytes. It lacks derivatives. Calls run in the default floating-point environment. */
 #if !defined _WIN32 && !defined _GNU_SOURCE
 #define _GNU_SOURCE
 #endif

@@ -1,4 +1,4 @@
-/* This file includes all C files of an exported model's shell, so that they compile as one translation unit. Each file is
+/* This file includes all C files of an exported model's shell, which compile as one translation unit. Each file is
  * included after the files whose functions it calls. Exactly one of FMU_FMI2, FMU_FMI3 and FMU_ALONE (a plain C library) is
  * defined. */
 #if defined FMU_FMI2

@@ -1,5 +1,5 @@
-"""Parameters of a system, and their mapping to variables of components: read from SSV and SSM files (SSP 1.0) or from the system's
-YAML file, and written to these files."""
+"""Reader and writer of a system's parameters and of their mapping to variables of components. The module reads SSV and SSM files
+(SSP 1.0) or the system's YAML file, and writes SSV and SSM files."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def with_mapped_values(system: System) -> MappedSystem:
 
 
 def _read_or(given: X | Path, read: Callable[[Path], X], otherwise: X, place: tuple[str], mistakes: list[Finding]) -> X:
-    """The given contents, or the contents of the given file. If the file cannot be read, ``otherwise``."""
+    """The given contents, or the contents of the given file. If the file cannot be read, the result is ``otherwise``."""
     if not isinstance(given, Path):
         return given
     try:
@@ -76,7 +76,7 @@ def _read_or(given: X | Path, read: Callable[[Path], X], otherwise: X, place: tu
 
 
 def _files(system: System, parameters: Mapping[str, Any], links: Sequence[Link]) -> dict[str, bytes]:
-    """The files of the system's parameters, by path in the SSP file; files that the system names are copied."""
+    """The SSV and SSM files of the system's parameters, by path in the SSP file. Files that the system names are copied."""
     if not parameters:
         return {}
     own, maps = system.parameters, system.mappings
@@ -85,8 +85,8 @@ def _files(system: System, parameters: Mapping[str, Any], links: Sequence[Link])
 
 
 def read_values(file: Path) -> dict[str, Any]:
-    """The values by name in an SSV file, numbers with units as quantities. ValueError for a file that does not follow the schema,
-    UnitError for an unknown unit."""
+    """The values in an SSV file, by name. A number with a unit becomes a quantity. ValueError for a file that does not follow the
+    schema, UnitError for an unknown unit."""
     root = _read(file, "SystemStructureParameterValues.xsd")
     bases = {u.get("name"): dict(u.find(f"{SSC_SPACE}BaseUnit").attrib) for u in root.iter(f"{SSC_SPACE}Unit")}
     return {p.get("name"): _value(p[0], bases) for p in root.iter(f"{SSV_SPACE}Parameter")}
@@ -140,7 +140,7 @@ def _read(file: Path, schema: str) -> Any:
 
 
 def written_values(parameters: Mapping[str, Any]) -> tuple[list[ParameterValue], dict[str, BaseUnits]]:
-    """Values of a system's parameters as they were written, and the base units of their units by name."""
+    """Values of a system's parameters as the SSV file writes them, and the base units of their units by name."""
     values: list[ParameterValue] = []
     units: dict[str, BaseUnits] = {}
     for name, value in parameters.items():

@@ -94,8 +94,8 @@ def export_system(file: str | Path, target: str | Path, platform: Sequence[str] 
 
 
 def _parts(system: System, platform: Sequence[str] | str) -> tuple[dict[str, FmuComponent], Sources, list[Connection]]:
-    """The components by name, the inputs that they compute as sums, and the connections with their ends at the sources of these
-    sums. SceneError with the problems of all components."""
+    """The components by name, the inputs that they compute as sums, and the connections, which end at the sources of these sums.
+    SceneError with the problems of all components."""
     problems: list[Problem] = []
     given = dict(_each(system, problems, lambda name, c: _existing(system, c) if c.fmu else _scene(system, c)))
     fmus = {n: p for n, p in given.items() if isinstance(p, FmuComponent)}
@@ -110,7 +110,8 @@ def _parts(system: System, platform: Sequence[str] | str) -> tuple[dict[str, Fmu
 def _each(
     system: System, problems: list[Problem], work: Callable[[str, Component], X], among: Collection[str] | None = None
 ) -> Iterator[tuple[str, X]]:
-    """The result of ``work`` for each component; problems are appended to ``problems``. among: names of components; None: all."""
+    """The result of ``work`` for each component. Problems are appended to ``problems``. among: names of the components; None means
+    all components."""
     for name, c in system.components.items():
         try:
             if among is None or name in among:
@@ -135,7 +136,8 @@ def _scene(system: System, c: Component) -> Scene:
 
 
 def _exported(scene: Scene, c: Component, platform: Sequence[str] | str, sums: Sums) -> FmuComponent:
-    """The component with the exported FMU of its scene. sums: inputs that are sums of sources; in the FMU they are local."""
+    """The component with the exported FMU of its scene. sums: inputs that are sums of sources. In the FMU, these inputs are local
+    variables."""
     from trunnion.fmu.scene_export import export
 
     with tempfile.TemporaryDirectory() as folder:
@@ -158,9 +160,11 @@ def _part(data: bytes) -> FmuComponent:
     try:
         told = read_model_description(io.BytesIO(data), validate=False)
     except Exception as e:  # fmpy raises many kinds of errors for invalid files
-        raise SceneError([Problem("fmu", f"it cannot be read: {str(e).splitlines()[0] if str(e) else type(e).__name__}")]) from e
+        raise SceneError(
+            [Problem("fmu", f"the FMU cannot be read: {str(e).splitlines()[0] if str(e) else type(e).__name__}")]
+        ) from e
     if told.coSimulation is None:
-        raise SceneError([Problem("fmu", "it is not for co-simulation")])
+        raise SceneError([Problem("fmu", "the FMU is not for co-simulation")])
     ports = {
         v.name: Port(v.causality, TYPES[v.type], v.unit or (v.declaredType.unit if v.declaredType else "") or "")
         for v in told.modelVariables if v.type in TYPES and not getattr(v, "dimensions", None)
@@ -203,13 +207,13 @@ def _port(c: Connection, end: tuple[str, str], causality: str, parts: dict[str, 
         hint = suggestion(variable, known, f"its {causality}s: {', '.join(known[:8]) or 'none'}")
         return Finding(c.place, f"{name} has no variable {variable}", hint)
     if port.causality != causality:
-        hint = f"name it in outputs: of {name}" if causality == "output" and port.causality == "local" else ""
+        hint = f"add this variable to outputs: of {name}" if causality == "output" and port.causality == "local" else ""
         return Finding(c.place, f"{variable} of {name} is not an {causality} (it is {port.causality})", hint)
     return port
 
 
 def _unique(system: System, sums: Sources) -> Iterator[Finding]:
-    """Inputs with more than one source that are not sums, and repeated connections."""
+    """Problems of inputs that have more than one source and are not sums, and of repeated connections."""
     seen: set[tuple[str, str]] = set()
     pairs: set[tuple[tuple[str, str], tuple[str, str]]] = set()
     for c in system.connections:
@@ -222,7 +226,7 @@ def _unique(system: System, sums: Sources) -> Iterator[Finding]:
 
 
 def _values(system: System, parts: dict[str, FmuComponent], sums: Sources, wrong: list[Finding]) -> Iterator[ParameterValue]:
-    """Values of parameters; problems are appended to ``wrong``."""
+    """The values of parameters. Problems are appended to ``wrong``."""
     for name, c in system.components.items():
         for variable, setting in c.parameters.items():
             port = parts[name].ports.get(variable)
@@ -237,7 +241,7 @@ def _values(system: System, parts: dict[str, FmuComponent], sums: Sources, wrong
 
 
 def _given(name: str, port: Port, base: BaseUnits, setting: Setting) -> ParameterValue:
-    """A value with the type and unit of its variable; UnitError for a wrong unit. base: base unit of the variable's unit."""
+    """A value with the type and unit of its variable. base: base unit of the variable's unit. UnitError for a wrong unit."""
     value = setting.value
     if port.type in ("String", "Boolean"):
         return ParameterValue(name, port.type, str(value).lower() if port.type == "Boolean" else str(value))
@@ -263,7 +267,7 @@ def _units(parts: dict[str, FmuComponent]) -> dict[str, dict[str, str]]:
 
 def description(system: System, parts: dict[str, FmuComponent], bound: Sequence[str]) -> bytes:
     """The file ``SystemStructure.ssd`` as bytes. Its connectors are all outputs and the connected inputs of the components. bound:
-    the files with values of parameters; values of later files replace values of earlier files."""
+    the files with values of parameters. Values of later files replace values of earlier files."""
     root = Element(
         "SystemStructureDescription",
         {"xmlns:ssd": SSD, "xmlns:ssc": SSC, "version": "1.0", "name": system.name, "generationTool": "Trunnion"},

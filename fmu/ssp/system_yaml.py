@@ -21,11 +21,11 @@ LISTS = {
     "connections": ("connect", "motor.shaft.torque[1] -> crank.drive"),
     "mappings": ("map", "friction -> crank.joints.guide.friction.mu"),
 }
-"""By key of a list of links: the key of a link that has a factor or an offset, and an example."""
+"""{key of a list of links: (key for the text of a link with a factor or an offset, example)}."""
 SCALES = ("factor", "offset")
 OF_A_COMPONENT = ("scene", "fmu", "set", "outputs", "parameters")
 OF_THE_RUN = {"until": (1.0, "2 s"), "step": (0.01, "1 ms")}
-"""By key of ``simulation``: the default, s, and an example."""
+"""{key of ``simulation``: (default in s, example)}."""
 ARROW = "->"
 NAMES = "names are letters, digits and _"
 
@@ -42,8 +42,8 @@ class Setting:
 
 @dataclass(frozen=True)
 class Component:
-    """A component: a scene that is exported with changes and outputs, or an existing FMU. parameters: values of its parameters and
-    inputs by name."""
+    """A component of a system: an existing FMU, or a scene, which is exported with changed values and selected outputs. parameters:
+    values of its parameters and inputs by name."""
 
     scene: str = ""
     fmu: str = ""
@@ -54,8 +54,8 @@ class Component:
 
 @dataclass(frozen=True)
 class Link:
-    """A mapping of a parameter of the system to a variable, which is given as (component, variable). The variable receives
-    factor × parameter + offset, in its own unit."""
+    """A mapping of a parameter of the system to a variable (component, name). The variable receives factor × parameter + offset, in
+    the unit of the variable."""
 
     start: str
     end: tuple[str, str]
@@ -79,7 +79,8 @@ class Connection:
 @dataclass(frozen=True)
 class System:
     """The contents of the file. folder: paths in the file are relative to this folder. lines, file: line numbers and file name for
-    problems that are found later. parameters, mappings: of the system; paths of an SSV and an SSM file, or their contents."""
+    problems that are found later. parameters, mappings: the system's parameters and their mappings, or the paths of an SSV file and
+    an SSM file."""
 
     name: str
     components: dict[str, Component]
@@ -149,7 +150,7 @@ class _Reader:
             ends = [e.strip() for e in str(text).split(ARROW)]
             name, _, variable = ends[-1].partition(".")
             if not isinstance(text, str) or len(ends) != 2 or not all((ends[0], name, variable)):
-                self.note(path, f"a text as in the example is required (it is {given!r})", example)
+                self.note(path, f"a text as in the example is required, not {given!r}", example)
                 continue
             scales = {k: self.plain((*path, k), group[k]) for k in SCALES if k in group}
             yield Link(ends[0], (name, variable), path, **scales)
@@ -163,7 +164,7 @@ class _Reader:
             yield Connection((name, variable), link.end, link.place, link.factor, link.offset)
 
     def contents(self, key: str, data: Any, folder: Path, suffix: str) -> Path | None:
-        """The file that a key names instead of its contents; None if it names none."""
+        """The path of a file, if the key holds a path instead of the contents of the file; else None."""
         given = data.get(key)
         if not isinstance(given, str):
             return None
@@ -190,7 +191,7 @@ class _Reader:
         if isinstance(value, Quantity) and not value.fits(parse_unit("s").dimension):
             self.note(("simulation", key), f"{value.text} is not a time", example)
         if not value > 0.0:
-            self.note(("simulation", key), f"it must be positive (it is {value:g})", example)
+            self.note(("simulation", key), f"the time must be positive, not {value:g}", example)
         return float(value)
 
 

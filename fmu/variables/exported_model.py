@@ -15,8 +15,8 @@ from trunnion.simulation.run import Model
 
 
 class ExportedModel:
-    """The content of an exported model. ``trunnion.fmu.scene_export.ExportedScene`` derives it. sources: the generated C texts by
-    name. bases: attributes of the base units of units that are not units of Trunnion, by unit."""
+    """The content of an exported model. ``trunnion.fmu.scene_export.ExportedScene`` derives the content from a scene. sources: the
+    generated C texts by name. bases: by unit, the attributes of its base unit if Trunnion does not know the unit."""
 
     model: Model
     scene: Scene
@@ -34,7 +34,7 @@ class ExportedModel:
 
     @property
     def scalars(self) -> list[Variable]:
-        """The variables of FMI 2.0; those of model exchange come last."""
+        """The variables of FMI 2.0. The variables of model exchange come last."""
         return [*self.listed, *self.exchanged.states, *self.exchanged.rates]
 
     def titled(self) -> list[tuple[str, Variable]]:

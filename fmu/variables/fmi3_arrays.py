@@ -1,5 +1,5 @@
-"""Variables of FMI 3.0. The components of a vector form an array, which has the value reference of its first component. An integer
-variable gets one of FMI 3.0's integer types."""
+"""Variables of FMI 3.0. The components of a vector form an array. The array has the value reference of its first component. An
+integer variable gets one of FMI 3.0's integer types."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SPACE = 3
 of scalars."""
 COUNTS = ("events.count", "solver.max_steps", "solver.events", "solver.evaluations", "solver.iterations", "realtime.overruns")
 FLAGS = ("events.last.marginal",)
-"""COUNTS: integers that are numbers of things. FLAGS: integers that are Boolean. Other integers are identifiers."""
+"""COUNTS: integers that are numbers of things. FLAGS: integers that mean true or false. Other integers are identifiers."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,8 @@ class Fmi3Variable:
 
 
 def fmi3_variables(listed: Sequence[Variable], scalars: bool = False) -> list[Fmi3Variable]:
-    """The variables of FMI 3.0 that the scalar variables of FMI 2.0 form, in order of their value references. scalars: whether all
-    variables remain scalars."""
+    """The variables of FMI 3.0, formed from the scalar variables of FMI 2.0, in order of their value references. scalars: whether
+    all variables remain scalars."""
     out: list[Fmi3Variable] = []
     at = 0
     while at < len(listed):

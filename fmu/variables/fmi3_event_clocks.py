@@ -65,12 +65,12 @@ def _of_stops(model: Model) -> Iterator[Clock]:
 
 
 def _has_stops(model: Model, name: str) -> bool:
-    """Whether a joint that only pushes has end stops, too."""
+    """Whether a joint whose contact can separate has end stops, too."""
     return any(d.stop for j in model.system.joints if j.name == name for d in j.devices)
 
 
 def clock_table(model: Model, made: list[Clock]) -> str:
-    """The C record that maps each event of a pair or stop to its clock."""
+    """The C record that maps each event of a friction pair or end stop to its clock."""
     place = {(c.joint, c.kind): i for i, c in enumerate(made)}
     kinds = max(EventKind) + 1
     watched = [name for name, _ in (*slider_names(model.system), *stop_names(model.system))]

@@ -13,7 +13,7 @@ from trunnion.fmu.variables.outputs_inputs_parameters import SOURCE, Variable
 @dataclass(frozen=True)
 class Source:
     """A source of an input, which is the sum of factor · value + offset over its sources. unit: unit of the value; "" for the unit
-    of the input. base: attributes of the unit's base unit, if it is not a unit of Trunnion."""
+    of the input. base: attributes of the unit's base unit, if Trunnion does not know the unit."""
 
     factor: float = 1.0
     offset: float = 0.0
@@ -31,8 +31,8 @@ def source_name(name: str, index: int) -> str:
 
 
 def with_input_sources(listed: Sequence[Variable], sums: Sums, columns: int) -> list[Variable]:
-    """The variables with the sources of inputs after the inputs. The inputs that are sums become local variables. columns: number
-    of outputs at the beginning of the list."""
+    """The variables, with the sources of inputs inserted after the inputs. Inputs that are sums become local variables. columns:
+    number of outputs at the beginning of the list."""
     inputs = [v for v in listed if v.causality == "input"]
     sources = [s for i, v in enumerate(inputs) for s in _sources(v, i, sums.get(v.name, ()))]
     shown = [replace(v, causality="local", initial="calculated", start=None) if v.name in sums else v for v in inputs]
@@ -50,8 +50,8 @@ def _sources(v: Variable, index: int, given: Sequence[Source]) -> Iterator[Varia
 
 
 def sources_of(listed: Sequence[Variable], place: int, columns: int) -> list[int]:
-    """The indices, from 1, of the sources of the input with the index ``place``; the index itself for an input that is not a
-    sum. columns: number of outputs at the beginning of the list."""
+    """The indices, from 1, of the sources of the input with the index ``place``. For an input that is not a sum, the result is its
+    own index. columns: number of outputs at the beginning of the list."""
     return [i + 1 for i, v in enumerate(listed) if v.role == SOURCE and columns + v.index == place - 1] or [place]
 
 

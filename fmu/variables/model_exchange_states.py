@@ -14,7 +14,7 @@ from trunnion.simulation.runtime_interface.friction_pair_and_stop_names import s
 from trunnion.system.structure.bodies_and_joints import System, state_coordinates
 
 KINDS = {"cs": 1, "me": 2, "both": 3}
-"""By type of FMU: the bits FMU_COSIMULATION and FMU_EXCHANGE of ``model_and_instance.h``."""
+"""{type of FMU: bits FMU_COSIMULATION and FMU_EXCHANGE of ``model_and_instance.h``}."""
 NOMINAL = 0.1
 """Nominal values of states relative to the scales of the scene (``tr_nominal``)."""
 UNITS = {"angle": "rad", "length": "m", "quaternion": "1"}
@@ -33,8 +33,8 @@ class ModelExchangeVariables:
 
     @property
     def all(self) -> tuple[Variable, ...]:
-        """All variables of model exchange in order of their value references. These references come after those of other
-        variables."""
+        """All variables of model exchange, in order of their value references. The value references of other variables come
+        first."""
         return (*self.states, *self.rates, *self.indicators)
 
 
@@ -83,11 +83,17 @@ def _states(model: Model) -> Iterator[tuple[str, str, str]]:
 def _indicators(model: Model) -> Iterator[tuple[str, str]]:
     """(name, description) of event indicators (``tr_evaluate_indicators``)."""
     for name, part in slider_names(model.system):
-        yield f"{name}.mode[{part}]", f"sliding pair {part} of joint {name} keeps its mode (stick or slip) while this is positive"
-        yield f"{name}.branch[{part}]", f"sliding pair {part} of joint {name} keeps its branch or direction while this is positive"
+        yield (
+            f"{name}.mode[{part}]",
+            f"sliding pair {part} of joint {name} keeps its mode (stick or slip) while the indicator is positive",
+        )
+        yield (
+            f"{name}.branch[{part}]",
+            f"sliding pair {part} of joint {name} keeps its branch or direction while the indicator is positive",
+        )
     yield from _of_stops(model.system)
     if model.system.frictional:
-        yield "answer", "the friction equations have a solution in the present modes while this is positive"
+        yield "answer", "the friction equations have a solution in the present modes while the indicator is positive"
 
 
 def _of_stops(system: System) -> list[tuple[str, str]]:
@@ -98,18 +104,21 @@ def _of_stops(system: System) -> list[tuple[str, str]]:
             of = f"of freedom {k + 1} of joint {j.name}"
             for side, flag in zip(("lower", "upper"), d.stop.flags if d.stop else (-1, -1), strict=True):
                 if flag >= 0:
-                    text = f"the {side} end stop {of} stays engaged or released while this is positive"
+                    text = f"the {side} end stop {of} stays engaged or released while the indicator is positive"
                     found[flag] = f"{j.name}.end_stop.{side}[{k + 1}]", text
             if d.latch is not None:
                 name = f"{j.name}.latch.{{}}[{k + 1}]"
-                found[d.latch.pressed] = name.format("pressed"), f"the latch {of} stays pressed or free while this is positive"
-                told = f"the hook of the latch {of} stays up or down while this is positive"
+                found[d.latch.pressed] = (
+                    name.format("pressed"),
+                    f"the latch {of} stays pressed or free while the indicator is positive",
+                )
+                told = f"the hook of the latch {of} stays up or down while the indicator is positive"
                 found[system.hook(d.latch.hook)] = name.format("hook"), told
     return [found[i] for i in sorted(found)]
 
 
 def refusals(model: Model) -> list[Problem]:
-    """The reasons why a scene does not allow model exchange. In all these cases, the motion depends on more than time and state."""
+    """The reasons why a scene does not allow model exchange. For each reason, the motion depends on more than time and state."""
     sim = model.built.scene.simulation
     out = []
     if any(m.name == sim.method and isinstance(m, Impulses) for m in REGISTRY):
@@ -121,10 +130,12 @@ def refusals(model: Model) -> list[Problem]:
         )
         out.append(Problem("simulation.realtime", f"no model exchange: {why}", "omit simulation.realtime, or choose --type cs"))
     if sim.jams == "impact":
-        why = "a jam that ends by an impact occurs where friction has no solution, and no event indicator detects this in advance"
+        why = (
+            "a jam that ends by an impact occurs where friction has no solution, and no event indicator detects such a state early"
+        )
         out.append(Problem("simulation.jams", f"no model exchange: {why}", "--set simulation.jams=end, or --type cs"))
     for j in model.system.unilateral:
-        why = "an impact changes rates, and only the run's own steps find the end of accumulating impacts"
+        why = "an impact changes rates, and only internal steps find the end of accumulating impacts"
         out.append(Problem(f"joints.{j.name}.unilateral", f"no model exchange: {why}", "--type cs"))
     for name in followed(model):
         why = f"the motion that follows input {name} depends on the input's values at communication points"

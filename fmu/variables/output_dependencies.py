@@ -13,13 +13,14 @@ from trunnion.kernel.interface.output_columns import Column
 from trunnion.simulation.run import Model
 
 MOST = 250_000
-"""Largest number of declared dependencies of outputs on parameters. An FMU that would have more declares only the dependencies on
-inputs, so that the description stays small."""
+"""Largest number of declared dependencies of outputs on parameters. An FMU with more such dependencies declares only the
+dependencies on inputs, so that the description stays small."""
 
 
 class ColumnDependence(NamedTuple):
     """Dependence of a column (``kernel.units.column_dependence``). constant: whether the column is constant. solved: whether it
-    contains multipliers or accelerations. values, seconds: indices of those inputs whose value or second derivative it contains."""
+    contains multipliers or accelerations. values: indices of the inputs whose value the column contains. seconds: indices of the
+    inputs whose second derivative it contains."""
 
     constant: bool
     solved: bool
@@ -36,8 +37,9 @@ class OutputDependencies:
 
 
 class _Places:
-    """Indices in the list of variables. of: for each input, its index, and for followed inputs also the indices of its derivatives;
-    instead of an input that is a sum, its sources. parameters: indices of parameters that outputs can depend on."""
+    """Indices in the list of variables. of: for each input, the index of the input. If a motion follows the input, the indices of
+    its derivatives are added. An input that is a sum is replaced by its sources. parameters: indices of parameters on which outputs
+    can depend."""
 
     def __init__(self, model: Model, listed: list[Variable], outputs: int):
         place = {v.name: i + 1 for i, v in enumerate(listed)}
@@ -53,14 +55,14 @@ class _Places:
         return {p for each in self.of for kind in each for p in kind}
 
     def motions(self) -> set[int]:
-        """The indices of the values and rates of followed inputs; start values depend on these. The accelerations of these inputs
-        are not included, because they act like forces."""
+        """The indices of the values and rates of inputs that motions follow. Start values depend on these values and rates.
+        Accelerations of these inputs are not included, because accelerations act like forces."""
         return {p for i in self.followed for kind in self.of[i][:2] for p in kind}
 
 
 def dependencies(model: Model, listed: list[Variable], known: list[ColumnDependence] | None) -> list[OutputDependencies]:
-    """The dependencies of each output. known: dependencies from the structure of the expressions; None: the dependencies are
-    derived from the quantity of each column."""
+    """The dependencies of each output. known: dependencies from the structure of the expressions. With None, the quantity of each
+    column determines its dependencies."""
     places = _Places(model, listed, len(model.columns))
     found: Sequence[ColumnDependence | None] = known or [None] * len(model.columns)
     return [_of(c, k, places) for c, k in zip(model.columns, found, strict=True)]

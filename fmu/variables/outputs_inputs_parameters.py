@@ -39,17 +39,17 @@ TUNABLE_SECTIONS = ("friction", "forces", "gravity")
 TUNABLE_OF_JOINTS = ("friction", "spring", "damping", "effort", "motor")
 TUNABLE_OF_END_STOPS = ("stiffness", "damping")
 """Path keys of numbers that may change during the run, because no stored state depends on them. Masses, lengths, drives and stop
-positions are fixed: a change during the run would create momentum or open a loop."""
+positions are fixed, because a change during the run would create momentum or open a loop."""
 
 
 @dataclass(frozen=True)
 class Variable:
     """A variable of the FMU; its value reference is its index in the list.
 
-    role, index: the meaning of a parameter (``fmu_setting``). also: index of another number with the same value, −1 for none. type:
-    the type of a variable that is not real (``variable_types``). rate_of: name of the variable whose time derivative this variable
-    is. above: name of a parameter that is a lower bound of this parameter; ``order`` states whether equality is allowed. rotation:
-    whether this is the first component of a quaternion."""
+    role, index: the meaning of a parameter (``fmu_setting``). also: index of another engine parameter with the same value, −1 if
+    there is none. type: the type of a variable that is not real (``variable_types``). rate_of: name of the variable whose time
+    derivative this variable is. above: name of a parameter that is a lower bound of this parameter; ``order`` states whether
+    equality is allowed. rotation: whether this is the first component of a quaternion."""
 
     name: str
     unit: str
@@ -72,7 +72,8 @@ class Variable:
 
     @property
     def minimum(self) -> float:
-        """The smallest allowed value: the lower bound or, if that is excluded, the next larger normal floating-point number."""
+        """The smallest allowed value: the lower bound or, if the bound itself is excluded, the next larger normal floating-point
+        number."""
         least = self.bound.least
         if least == -math.inf:
             return -HUGE
@@ -91,12 +92,12 @@ def variables(
     model: Model, step: float, rtol: float, brief: bool = False, own_steps: bool = True, certify: bool = False
 ) -> list[Variable]:
     """All variables in the order of their value references: columns, inputs, parameters. brief: whether columns outside ``BRIEF``
-    are local variables. own_steps: whether there are parameters for internal steps, which only co-simulation has. certify: whether
-    to add ``solver.errors``."""
+    are local variables. own_steps: whether there are parameters for internal steps, which exist only in co-simulation. certify:
+    whether to add ``solver.errors``."""
     asked = bounds_of(model.built.scene)
     solver = [v for v in _solver(float(asked.get("step", step)), rtol) if own_steps or v.role not in (STEP, MAX_STEPS)]
     if certify and asked:
-        what = "errors need a second run, which a scene with bounded steps (simulation.realtime) does not have"
+        what = "error estimates need a second run, and a scene with real-time steps (simulation.realtime) has none"
         raise SceneError([Problem("--certify", what, "omit simulation.realtime, or omit --certify")])
     told = "1: each output is its global error, estimated by a second run with a tighter tolerance; NaN if there is no estimate"
     solver += [_solving("errors", "1", told, 0.0, Bound(0.0, 1.0), ERRORS, INTEGER)] if certify else []
@@ -149,8 +150,8 @@ def followed(model: Model) -> dict[str, ExternalInput]:
 
 
 def _numbers(model: Model) -> Iterator[Variable]:
-    """Parameters for those numbers of the scene that enter the equations as parameters without any conversion. Numbers that move
-    the times of kinks are not among them, because these times are fixed at export."""
+    """FMU parameters for the numbers of the scene that the equations use without any conversion. Numbers that move the times of
+    kinks are omitted, because the export fixes these times."""
     scene, table = model.built.scene, model.built.parameters
     own = {p.path: p.value for p in list_parameters(scene)}
     found = []
@@ -169,8 +170,8 @@ def _numbers(model: Model) -> Iterator[Variable]:
 
 
 def _joined(found: list[Variable], own: dict[str, float]) -> Iterator[Variable]:
-    """The parameters, merged where the scene gives one number for several parameters: "radius" of a universal joint sets two
-    radii."""
+    """The parameters. Several parameters become one if the scene gives one number for them. For example, "radius" of a universal
+    joint sets two radii."""
     first: dict[str, Variable] = {}
     for v in found:
         name = v.name.removesuffix("]").rpartition("[")[0]
@@ -185,8 +186,8 @@ def _joined(found: list[Variable], own: dict[str, float]) -> Iterator[Variable]:
 
 
 def _derived(path: Path) -> bool:
-    """Whether a number may be a parameter although the scene does not give it directly: a mass computed from a density, or friction
-    taken from the defaults of the scene."""
+    """Whether a number that the scene does not give directly may be a parameter. Examples are a mass computed from a density, and
+    friction taken from the defaults of the scene."""
     return (path[0] == "bodies" and path[2:] == ("mass",)) or (path[0] == "joints" and path[2] == "friction")
 
 

@@ -1,6 +1,6 @@
 """Offers the parameters of a scene as parameters of its FMU. The FMU computes the numbers that depend on these parameters, by the
-expressions of the scene. The dependent numbers are then not FMU parameters themselves. A scene parameter is omitted, and reported,
-if it affects properties that are fixed in an FMU."""
+expressions of the scene. The dependent numbers are not parameters of the FMU. The export omits and reports a scene parameter that
+affects fixed properties of an FMU."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ OPERATIONS = {
 @dataclass(frozen=True)
 class FmuVariables:
     """The variables of an FMU. listed: variables in order of value references. followers: computed parameters, which come after
-    ``listed`` and have no value references. programs: stack code of each follower. left_out: parameters of the scene that are not
-    parameters of the FMU. sums: inputs that are sums of sources."""
+    ``listed`` and have no value references. programs: stack code of each computed parameter. left_out: parameters of the scene that
+    are not parameters of the FMU. sums: inputs that are sums of sources."""
 
     listed: list[Variable]
     followers: list[Variable]
@@ -38,7 +38,7 @@ class FmuVariables:
 
 
 def arranged(scene: Scene, listed: Sequence[Variable]) -> FmuVariables:
-    """The variables of the FMU, in which parameters of the scene replace the numbers that depend on them. listed: all possible
+    """The variables of the FMU. In this list, parameters of the scene replace the numbers that depend on them. listed: all possible
     variables."""
     following = DependentNumbers(scene)
     known = {v.name: v for v in listed if v.causality == "parameter"}
@@ -75,7 +75,7 @@ def _place(scene: Scene, path: str, known: dict[str, Variable]) -> str | None:
     """The name of the FMU variable for a number of the scene; None if there is no such variable."""
     steps = path.split(".")
     if steps[0] == "joints" and steps[2:3] == ["start"] and REGISTRY[scene.joints[steps[1]].type].quaternion >= 0:
-        return None  # not a parameter: the components of a quaternion are normalised together
+        return None  # not a parameter, because the components of a quaternion are normalised together
     return next((n for n in (path, f"{path}[1]") if n in known), None)
 
 
@@ -130,7 +130,7 @@ BINARY = {f"FMU_{OPERATIONS[f]}" for f in ("+", "-", "*", "/", "^", "atan2", "mi
 
 
 def left_out(all_: FmuVariables) -> tuple[str, ...]:
-    """A note that names the parameters of the scene that the FMU lacks; no note if there are none."""
+    """A note that names the parameters of the scene that the FMU lacks. Without such parameters, there is no note."""
     if not all_.left_out:
         return ()
     names, one = ", ".join(all_.left_out), all_.left_out[0]

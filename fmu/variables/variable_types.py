@@ -26,7 +26,7 @@ ENUMERATIONS: dict[str, dict[int, tuple[str, str]]] = {
         2: ("counts", "the host's tolerance is used"),
     },
 }
-"""By enumeration and value: the name of the value and its meaning."""
+"""{enumeration: {value: (name of the value, meaning)}}."""
 QUANTITIES = {
     "m": "Length", "m/s": "Velocity", "m/s^2": "Acceleration", "rad": "Angle", "rad/s": "AngularVelocity",
     "rad/s^2": "AngularAcceleration", "N": "Force", "N*m": "Torque", "J": "Energy", "W": "Power", "kg": "Mass",
@@ -51,8 +51,7 @@ def type_of(c: Column) -> str:
 
 
 def derivatives(model: Model) -> dict[int, int]:
-    """For each column that is the time derivative of another column: the index of the other column, by the index of the
-    derivative."""
+    """Columns that are time derivatives of other columns: index of the derivative → index of the other column."""
     place = {c.key: i for i, c in enumerate(model.columns)}
     kinds = {j.name: j.kind for j in model.system.joints}
     found = {}

@@ -16,13 +16,13 @@ APART = ("cli", "fmu", "plots", "service", "__pycache__")
 
 @lru_cache(maxsize=1)
 def engine_version() -> str:
-    """The version of the engine and a digest of its sources, such as "0.1.0+1a2b3c4d". Two checkouts of one version differ in the
-    digest if any of their sources differ."""
+    """The version of the engine and a digest of its sources, such as "0.1.0+1a2b3c4d". If two checkouts of one version have
+    different sources, their digests differ."""
     root, digest, found = os.path.dirname(str(trunnion.__file__)), sha256(), list[str]()
     for folder, folders, files in os.walk(root):
         folders[:] = [f for f in folders if f not in APART]
         found += [os.path.join(folder, f) for f in files if f.endswith(SOURCES)]
     for path in sorted(found):
-        with open(path, "rb") as f:  # pathlib would take four times as long
+        with open(path, "rb") as f:  # os.walk, because pathlib would take four times as long
             digest.update(f.read())
     return f"{version()}+{digest.hexdigest()[:8]}"

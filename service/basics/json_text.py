@@ -9,7 +9,7 @@ from trunnion.simulation.results.csv_and_parquet import finite
 
 
 def text_of(data: Any) -> bytes:
-    """ASCII JSON of the data; non-finite numbers become null."""
+    """The data as JSON in ASCII. Non-finite numbers become null."""
     try:
         return _encoded(data)
     except (TypeError, ValueError):  # NumPy numbers, or non-finite numbers

@@ -19,7 +19,7 @@ class RecentItems(OrderedDict[K, V]):
         self.most, self.lock = most, threading.Lock()
 
     def of(self, key: K, make: Callable[[], V]) -> V:
-        """The item of a key; ``make`` creates it if it is missing."""
+        """The item of a key. If the cache lacks the item, ``make`` creates it."""
         found = self.get(key)
         made = make() if found is None else found
         with self.lock:

@@ -17,11 +17,11 @@ class Limits:
 
     body: size of a request, bytes. bodies: number of bodies in a scene. cases: number of cases in a job. duration: simulated time
     of a case, s. rows: number of output rows of a case. output_bytes: size of a job's table. job_seconds: computing time of a job,
-    s. cpu_limit, max_steps: processor time, s, and number of steps of a case. answer_seconds: time for an immediate result (case
-    that runs again, sensitivity, FMU), s. check_seconds: time to read and check a request, s. memory: address space of a checking
-    process, bytes; an FMU export has twice as much. waiting: number of queued or running jobs. key_jobs, key_bytes, key_cases:
-    active jobs, stored bytes, and cases per day of a key. rate: rate of requests with a key or, without keys, from an address, such
-    as "20/second"; "" for no limit."""
+    s. cpu_limit, max_steps: processor time, s, and number of steps of a case. answer_seconds: time for a result that the server
+    computes while the client waits (case that runs again, sensitivity, FMU), s. check_seconds: time to read and check a request, s.
+    memory: address space of a checking process, bytes; an FMU export has twice as much. waiting: number of queued or running jobs.
+    key_jobs: number of active jobs of a key. key_bytes: number of stored bytes of a key. key_cases: number of cases of a key per
+    day. rate: rate of requests with a key or, without keys, from an address, such as "20/second"; "" for no limit."""
 
     body: int = 2_000_000
     bodies: int = 128
@@ -82,7 +82,8 @@ class Settings:
 
     @property
     def open(self) -> bool:
-        """Whether requests need no key. This is so if only this machine can reach the server and ``require_keys`` is not set."""
+        """Whether requests are allowed without a key, because only this machine can reach the server and ``require_keys`` is not
+        set."""
         return is_loopback(self.host) and not self.require_keys
 
 

@@ -1,4 +1,4 @@
-"""The commands ``trunnion jobs …`` that read or change one job, or list jobs; and the text output of jobs."""
+"""The commands ``trunnion jobs …`` that read or change one job, or list jobs. The module also prints jobs as text."""
 
 from __future__ import annotations
 
@@ -17,7 +17,12 @@ from trunnion.service.client.remote_jobs import Job, connect
 Url = Annotated[str, typer.Option("--server", metavar="URL", envvar="TRUNNION_SERVER", help="Address of the server.")]
 ApiKey = Annotated[
     str,
-    typer.Option("--key", metavar="KEY", envvar="TRUNNION_KEY", help="API key; the environment variable is safer than the option."),
+    typer.Option(
+        "--key",
+        metavar="KEY",
+        envvar="TRUNNION_KEY",
+        help="API key. The environment variable is safer, because it is not in the list of processes.",
+    ),
 ]
 JobId = Annotated[str, typer.Argument(metavar="JOB", help="The job's id.")]
 FORMATS = {".csv": "csv", ".parquet": "parquet", ".arrows": "arrow", ".json": "json"}
@@ -29,7 +34,7 @@ def show(job: JobId, server: Url = DEFAULT_URL, key: ApiKey = "", as_json: Json 
 
 
 def watch(job: JobId, server: Url = DEFAULT_URL, key: ApiKey = "", as_json: Json = False) -> int:
-    """Show the progress of a job until it ends; the exit code is 1 if the job failed."""
+    """Show the progress of a job until the job ends. The exit code is 1 if the job failed."""
     end = follow(connect(server, key).job(job))
     return print_job(end, as_json, DONE if end["state"] == "done" else FAILED)
 
@@ -84,7 +89,7 @@ def answer(job: JobId, server: Url = DEFAULT_URL, key: ApiKey = "", as_json: Jso
 
 
 def cancel(job: JobId, server: Url = DEFAULT_URL, key: ApiKey = "", as_json: Json = False) -> int:
-    """Cancel a job; the computed rows are kept."""
+    """Cancel a job. The server keeps the computed rows."""
     found = Server(server, key).request("DELETE", f"/v1/jobs/{job}").json()
     print_json(found) if as_json else print(job_line(found))
     return DONE
@@ -99,7 +104,7 @@ def rerun(
     server: Url = DEFAULT_URL,
     key: ApiKey = "",
 ) -> int:
-    """Run the failed cases of a job again, as a new job; print its id."""
+    """Run the failed cases of a job again, as a new job. Print the id of the new job."""
     body = given(method=method, cpu_limit=cpu_limit, outcomes=outcome)
     print(Server(server, key).request("POST", f"/v1/jobs/{job}/rerun", json=body).json()["id"])
     return DONE
@@ -128,7 +133,7 @@ def job_line(job: dict[str, Any]) -> str:
 
 
 def print_job(job: dict[str, Any], as_json: bool, code: int) -> int:
-    """Print a job and return the exit code ``code``. Text output has the problems on standard error."""
+    """Print a job and return the exit code ``code``. In text output, the problems go to standard error."""
     if as_json:
         print_json(job)
         return code

@@ -24,7 +24,7 @@ IdempotencyKey = Annotated[
     typer.Option(
         "--idempotency-key",
         metavar="KEY",
-        help="Name of this submission; if it is repeated with the same name, the server creates no second job.",
+        help="Name of this submission. A repeated submission with the same name creates no second job.",
     ),
 ]
 Wait = Annotated[bool, typer.Option("--wait", help="Wait for the end of the job and print its results.")]

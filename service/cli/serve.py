@@ -24,10 +24,10 @@ from trunnion.basics.renamed_words import SETTINGS, current
 from trunnion.service.basics.server_settings import KEEP_PERIOD, Limits, Settings
 
 GRACE_SECONDS, END_SECONDS = 2, 4.0
-"""Limits of time, s, after the signal to end: for requests in progress, and until the process ends."""
+"""Limits of time, s, after the signal to end. GRACE_SECONDS: for requests in progress. END_SECONDS: until the process ends."""
 KEEP_ALIVE_SECONDS = 75
-"""Time for which an idle connection stays open, s. The time is longer than that of clients (httpx 5 s, nginx 60 s), so that the
-client closes the connection first. If the server closed first, a request sent at the same moment would fail."""
+"""Time for which an idle connection stays open, s. Clients have a shorter time (httpx 5 s, nginx 60 s), so that the client closes
+the connection first. If the server closed first, a request sent at the same moment would fail."""
 BACKLOG = 2048
 """Number of connections that may wait to be accepted (uvicorn's default)."""
 SWITCH_SECONDS = 0.0005
@@ -42,7 +42,8 @@ def pem(what: str, name: str) -> Any:
 
 
 def from_environment(name: str, metavar: str, text: str, default: str | bool = True) -> Any:
-    """An option that the environment variable ``TRUNNION_NAME`` also sets. text: help text. default: description of the default."""
+    """A command-line option. The environment variable ``TRUNNION_NAME`` also sets its value. text: help text. default: description
+    of the default."""
     return typer.Option(metavar=metavar, help=text, show_default=default, envvar=f"TRUNNION_{name}")
 
 
@@ -55,7 +56,7 @@ Data = Annotated[Path, from_environment("DATA", "DIR", "Folder of the database, 
 Host = Annotated[
     str,
     typer.Option(
-        metavar="HOST", help="Address at which the server listens; addresses other than this machine's own require API keys."
+        metavar="HOST", help="Address at which the server listens. An address that other machines can reach requires API keys."
     ),
 ]
 Database = Annotated[
@@ -72,7 +73,9 @@ KeyFile = Annotated[Path | None, pem("private key of this server's certificate",
 LimitWords = Annotated[
     list[str], typer.Option("--limit", metavar="NAME=N", help=f"Set a limit: {', '.join(limit_names())}.", default_factory=list)
 ]
-Keep = Annotated[str, from_environment("KEEP", "TIME", "Time after its end at which a job is deleted: 30d, 12h.", "never")]
+Keep = Annotated[
+    str, from_environment("KEEP", "TIME", "Time from the end of a job until its deletion, such as 30d or 12h.", "never")
+]
 Webhooks = Annotated[
     list[str],
     typer.Option(
@@ -86,7 +89,7 @@ NewKey = Annotated[
     typer.Option(
         "--new-key",
         metavar="NAME:ROLE",
-        help="Create and print an API key, without starting the server; ROLE: read, submit or admin. Every key reads all jobs.",
+        help="Create and print an API key, without starting the server. ROLE: read, submit or admin. Every key can read all jobs.",
     ),
 ]
 
@@ -138,7 +141,7 @@ def command(
 
 @contextmanager
 def private_files() -> Iterator[None]:
-    """Within this block, this process and its workers create files and folders that other accounts cannot read."""
+    """A context in which this process and its workers create files and folders that other accounts cannot read."""
     before = os.umask(0o077)
     try:
         yield
@@ -232,7 +235,7 @@ def listener(host: str, port: int) -> socket.socket:
         what = f"{host!r} is not an address of this machine: {e.strerror or e}"
         raise SceneError([Problem("--host", what, "127.0.0.1 for this machine only, 0.0.0.0 for all its addresses")]) from e
     try:
-        if os.name == "posix":  # on other systems, two servers could then share a port
+        if os.name == "posix":  # on Windows, this option would allow two servers to share a port
             taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         taken.bind(address)
         taken.listen(BACKLOG)
@@ -268,7 +271,7 @@ def run_server(settings: Settings) -> int:
         flush=True,
     )
     sys.setswitchinterval(SWITCH_SECONDS)
-    gc.freeze()  # exclude all present objects from garbage collection, because each collection stops all threads
+    gc.freeze()  # exclude all present objects from garbage collection, because a collection stops all threads
     config = uvicorn.Config(
         app,
         settings.host,
@@ -285,7 +288,7 @@ def run_server(settings: Settings) -> int:
 
 
 def ends_in_time(server: Any) -> None:
-    """End the process END_SECONDS after the signal to end, even if work is unfinished. The next server resumes this work."""
+    """End the process END_SECONDS after the signal to end, even if work is unfinished. The next server resumes unfinished work."""
     graceful = server.handle_exit
 
     def handle_exit(number: int, frame: Any) -> None:

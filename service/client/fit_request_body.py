@@ -1,4 +1,4 @@
-"""Submission of fits by the client: converts arrays, candidates and trials to the field ``fit`` of a request."""
+"""Converts arrays, candidates and trials of a fit to the field ``fit`` of a request."""
 
 from __future__ import annotations
 

@@ -35,7 +35,9 @@ class Server:
         try:
             answer = self.http.request(method, path, **more)
         except httpx.HTTPError as e:
-            raise SimulationError(f"no answer from {self.url}: {e}\nIs it running? Start a server with: trunnion serve") from e
+            raise SimulationError(
+                f"no answer from {self.url}: {e}\nIs the server running? Start a server with: trunnion serve"
+            ) from e
         return raise_problems(answer)
 
     def save(self, path: str, file: Path, **more: Any) -> None:
@@ -62,8 +64,8 @@ def read_problems(document: dict[str, Any]) -> list[Problem]:
 
 
 def raise_problems(answer: httpx.Response) -> httpx.Response:
-    """Return a successful response. For an error response, raise SceneError with its problems, or SimulationError if it lists none.
-    Notes about deprecated words in the response are added to the notes of this process."""
+    """Return a successful response. For an error response, raise SceneError with the listed problems, or SimulationError if the
+    response lists none. Notes about deprecated words in the response are added to the notes of this process."""
     for warning in answer.headers.get_list("warning"):
         if warning.startswith(WARNING):
             add_note(unquote(warning.removeprefix(WARNING).rstrip('"')))

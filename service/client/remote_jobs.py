@@ -125,18 +125,18 @@ class Job:
             while self.refresh().state not in ENDED:
                 bar.show_count(self.document["done"] + self.document["lost"], self.document["cases"])
                 if end is not None and time.monotonic() > end:
-                    raise TimeoutError(f"job {self.id} has not ended within {timeout:g} s; it continues")
+                    raise TimeoutError(f"job {self.id} has not ended within {timeout:g} s; the job continues")
                 time.sleep(POLL_SECONDS)
         return self
 
     def cancel(self) -> Job:
-        """Cancel the job; the computed rows are kept."""
+        """Cancel the job. The server keeps the computed rows."""
         self.document = self._ask("DELETE").json()
         return self
 
     def rerun(self, outcomes: Sequence[str] | None = None, **others: Any) -> Job:
-        """Submit a new job that runs failed cases again. outcomes: run the cases with these outcomes instead. others: changed
-        settings (cpu_limit, method, …)."""
+        """Submit a new job that runs failed cases again. outcomes: outcomes of the cases to run, in place of the failed cases.
+        others: changed settings (cpu_limit, method, …)."""
         body = others | ({"outcomes": list(outcomes)} if outcomes is not None else {})
         return Job(self.server, self._ask("POST", "/rerun", json=body).json())
 
@@ -163,8 +163,8 @@ class Job:
         return frame.set_index("case") if "case" in frame else frame
 
     def to_xarray(self) -> xarray.Dataset:
-        """The results as a dataset. It has a dimension for each path of a grid; without a grid, the dimension is the case.
-        ``attrs`` contain the units. Missing cases are NaN."""
+        """The results as a dataset with a dimension for each path of a grid. Without a grid, the dimension is the case. ``attrs``
+        contain the units. Values of missing cases are NaN."""
         return dataset(self.to_arrow(), tuple(self.request.get("vary") or {}), self.document["cases"], {"job": self.id})
 
     def indices(self, of: Names = ()) -> list[dict[str, Any]]:
@@ -196,9 +196,9 @@ class Job:
         ny: int = 60,
         within: Mapping[str, Ends | Sequence[str]] | None = None,
     ) -> dict[str, Any]:
-        """Count the cases in bins over one or two columns, as ``GET …/bins``. of: a third column, whose least, mean and largest
-        value is returned for each bin. within: conditions on cases, as {column: (low, high)} with None for no limit, or {column:
-        words}."""
+        """Count the cases in bins over one or two columns, as ``GET …/bins`` does. of: a third column. Each bin then has the least,
+        mean and largest value of this column. within: conditions on cases, as {column: (low, high)} with None for no limit, or
+        {column: words}."""
         asked = {"x": x, "y": y, "of": of, "nx": nx, "ny": ny, "within": [_condition(n, c) for n, c in (within or {}).items()]}
         return dict(self._ask("GET", "/bins", params=asked).json())
 
@@ -209,7 +209,7 @@ class Job:
 
     @property
     def scene_text(self) -> str:
-        """The scene as YAML. It can be changed and submitted again."""
+        """The scene as YAML. A new job can be submitted with a changed copy of this text."""
         return str(self._ask("GET", "/scene").text)
 
     def trajectory(self, case: int, columns: Names = (), certify: bool = False) -> pyarrow.Table:
@@ -220,8 +220,8 @@ class Job:
 
     def trajectories(self, columns: Names = (), every: float | None = None, cases: Iterable[int] | None = None) -> pyarrow.Table:
         """Rows of many cases (default: all cases) as one table with a column ``case``. every: spacing of the rows, s, a multiple of
-        the run's spacing. If the job stores rows (``submit(…, trajectories=…)``), they are fetched. Otherwise, each case runs again
-        on the server."""
+        the run's spacing. If the job stores rows (``submit(…, trajectories=…)``), the stored rows are fetched. Otherwise, each case
+        runs again on the server."""
         pa = brought("pyarrow", "tables", "a table of rows")
         if cases is None and (kept := self._kept(names_given(columns))) is not None:
             return _thinned(kept, every)
@@ -234,7 +234,7 @@ class Job:
         )
 
     def _kept(self, patterns: Sequence[str]) -> pyarrow.Table | None:
-        """The stored rows; None if the job stores no rows, or if it does not store all of these columns."""
+        """The stored rows. None if the job stores no rows, or stores only some of these columns."""
         if not self.request.get("trajectories"):
             return None
         table = self._table("/trajectories", {})
@@ -277,5 +277,5 @@ def _thinned(table: pyarrow.Table, every: float | None) -> pyarrow.Table:
     parts = table["time"].to_numpy() / every
     kept = table.filter(np.abs(parts - np.round(parts)) < ON_A_ROW)
     if len(kept) < 2 <= len(table):
-        raise SimulationError(f"the spacing of the run does not divide {every:g} s: give a multiple of it")
+        raise SimulationError(f"{every:g} s is not a multiple of the spacing of the run: give a multiple")
     return kept

@@ -20,28 +20,28 @@ CHUNKS_PER_SLOT = 30
 OUT_OF_TIME = {
     "where": "budget",
     "what": "the job has used its whole time budget",
-    "hint": "the results so far are valid; submit the rest with a larger budget or looser settings",
+    "hint": "the results so far are valid; submit the other cases with a larger budget or looser settings",
 }
 
 
 OVERRUN, SHORTEST_OVERRUN = 4.0, 1.0
-"""A chunk is split if it takes longer than OVERRUN times the longest planned duration and longer than SHORTEST_OVERRUN seconds. Its
-other cases can then finish."""
+"""A chunk is split if it takes longer than OVERRUN times the longest planned duration and longer than SHORTEST_OVERRUN seconds. The
+other cases of the chunk can then finish."""
 BUILDING = 60.0
 """Time for building, s, that a chunk gets from the budget in addition to its time of stepping. Later chunks need this time, too,
 because a case can need another kernel."""
 LEAST_GRANT, LEAST_LEFT = 0.25, 0.01
-"""LEAST_GRANT: smallest grant while other chunks run, s. LEAST_LEFT: if less of the budget is left, s, it counts as used up."""
+"""LEAST_GRANT: smallest grant while other chunks run, s. LEAST_LEFT: if less than this is left of the budget, s, the budget counts
+as used up."""
 
 
 @dataclass
 class ActiveJob:
-    """A job that the dispatcher works on. flying: (chunk, future) of each chunk on the cluster, by first case. granted: part of the
-    budget that is reserved for each chunk on the cluster, s. spent: used part of the budget, s. cost: mean computing time of a
-    case, s; 0 before the first chunk. warm: whether the kernel is built. planned: number of cases in all chunks that were cut.
-    document: digest of the job's document. follow: the study whose results determine the cases. apart: whether each case is a
-    separate chunk (for a fit). sure: whether ``flying`` contains all chunks that are stored as running; False after an interrupted
-    write."""
+    """A job on which the dispatcher works. flying: (chunk, future) of each chunk on the cluster, by first case. granted: time that
+    the budget reserves for each chunk on the cluster, s. spent: used part of the budget, s. cost: mean computing time of a case, s;
+    0 before the first chunk. warm: whether the kernel is built. planned: number of cases in all chunks that were cut. document:
+    digest of the job's document. follow: the study whose results determine the cases. apart: whether each case is a separate chunk
+    (for a fit). sure: whether ``flying`` contains all chunks that are stored as running; False after an interrupted write."""
 
     job: Job
     flying: dict[int, tuple[Chunk, Any]] = field(default_factory=dict)
@@ -60,7 +60,7 @@ class ActiveJob:
 
     @property
     def known(self) -> int:
-        """Number of cases that are known at present. A study makes its cases known round by round."""
+        """Number of cases that are known at present. A study chooses its cases round by round."""
         return self.job.cases if self.follow is None else self.follow.requested
 
     @property
@@ -70,7 +70,8 @@ class ActiveJob:
 
     def time_grant(self, chunk: Chunk, longest: float, slots: int) -> tuple[float, float]:
         """Two time limits of a chunk, s: for building and stepping together, and for stepping alone. A chunk with one case gets all
-        the time that its CPU-time limit allows. If little of the budget is left, a chunk gets only a share of the rest."""
+        the time that the CPU-time limit of the case allows. If little of the budget is left, a chunk gets only a share of the
+        rest."""
         if self.apart:
             return self.left / max(1, self.known - self.planned + 1), inf
         if chunk.stop - chunk.start == 1:
@@ -86,7 +87,7 @@ class ActiveJob:
         self.spent += seconds
 
     def chunks_at_once(self, most: int) -> int:
-        """Number of chunks to cut in one commit: as many as the remaining budget allows, at most ``most``."""
+        """Number of chunks to cut in one database transaction: as many as the remaining budget allows, at most ``most``."""
         return int(max(1, min(most, COMMIT_SIZE, self.left / (WALL_FACTOR * self.cpu_limit + BUILDING)))) if self.warm else 1
 
     def sizes(self, count: int, longest: float, slots: int, dispatch_cost: DispatchCost) -> list[int]:

@@ -1,5 +1,5 @@
-"""Functions that run on Dask workers. They compute a chunk of a job and write it as a Parquet part, run one case again, or compute
-a run with derivatives. Runners are cached between chunks."""
+"""Functions that run on Dask workers. They compute a chunk of a job and write it as a Parquet file (part), run one case again, or
+compute a run with derivatives. A worker caches the compiled scenes (runners) between chunks."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ MOST_EVENTS = 2000
 MARKER_SECONDS = 0.1
 """Shortest time between two checks of the stop marker, s."""
 CHECK_SHARE = 0.05
-"""Largest share of the time that is spent on checks of the stop marker. If the storage is slow, checks are made less often."""
+"""Largest share of the time that is spent on checks of the stop marker. With slow storage, workers check less often."""
 _local = threading.local()
 WALL_FACTOR = 10.0
 """Largest ratio of wall time to a limit of processor time. The ratio is large because the machine can be busy with other work."""
@@ -63,10 +63,10 @@ def run_chunk(
     url: str, case_range: CaseRange, seconds: float, longest: float = inf, values: Values = None, pause: float = 0.0
 ) -> dict[str, Any]:
     """Run the cases of a chunk and write their results to a Parquet file, the chunk's part. Returns the fields of ``ChunkReport``.
-    If a valid part exists, it is kept and nothing runs. A chunk that exceeds a limit stops at once, and its part contains the
-    finished cases. url: location of the parts and of the job's document. case_range: the cases of the chunk. seconds: limit of the
-    processor time of building and stepping together, s. longest: limit of stepping alone, s. values: parameter values of the cases
-    of a study. pause: shortest time between two checks of the stop marker, s."""
+    If a valid part exists, no case runs. A chunk that exceeds a limit stops at once. The part then contains the finished cases.
+    url: location of the parts and of the job's document. case_range: the cases of the chunk. seconds: limit of the processor time
+    of building and stepping together, s. longest: limit of stepping alone, s. values: parameter values of the cases of a study.
+    pause: shortest time between two checks of the stop marker, s."""
     parts = Parts(url)
     start, stop = case_range.start, case_range.stop
     there = parts.part_outcomes(case_range)
@@ -86,7 +86,7 @@ def run_chunk(
             table, reached = _finished_prefix(overran.table, start)
     size = _write_results(parts, replace(case_range, stop=reached), table, runner) if reached > start else 0
     work = max(processor_seconds() - began, runner.seconds - stepped)
-    # build_seconds is wall time, which other load of the machine lengthens
+    # build_seconds is wall time, which grows with other load of the machine
     build = min(runner.build_seconds - built, work - (runner.seconds - stepped))
     spent = {"seconds": work - build, "build_seconds": build}
     about = {"worker": _worker_name(), "version": engine_version()}
@@ -94,7 +94,7 @@ def run_chunk(
 
 
 def _write_results(parts: Parts, case_range: CaseRange, table: Any, runner: Runner | FitRunner) -> int:
-    """Write rows and part of a range of cases; returns their size in bytes."""
+    """Write the trajectory rows and the part of a range of cases. Returns the size of the files in bytes."""
     size = 0
     if runner.plan.series is not None and runner.rows is not None:
         kept = runner.rows.filter(runner.rows["case"].to_numpy() < case_range.stop)
@@ -110,7 +110,7 @@ def _finished_prefix(table: Any, start: int) -> tuple[Any, int]:
 
 
 def processor_seconds() -> float:
-    """The processor time of this thread and of the ended child processes, such as compilers, s."""
+    """Processor time, s: the time of this thread plus the time of ended child processes, such as compilers."""
     if resource is None:
         return time.thread_time()
     children = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -118,10 +118,10 @@ def processor_seconds() -> float:
 
 
 class ChunkMonitor:
-    """Monitors the limits of a chunk, which are processor times, so that other load of the machine does not count. It is called
-    every few hundredths of a second during building and stepping. If the time for stepping is used up, it ends the chunk; the
-    finished cases are kept. It raises Cancelled when the job was stopped, and OutOfTime when all time is used up during building.
-    A chunk also ends when its wall time is WALL_FACTOR times its limit."""
+    """Monitors the time limits of a chunk. The limits are processor times, so that other load of the machine does not count. The
+    runner calls the monitor every few hundredths of a second during building and stepping. If a limit is reached while cases run,
+    the monitor ends the chunk, and the finished cases are kept. The monitor raises Cancelled when the job was stopped, and
+    OutOfTime when all time is used up during building. A chunk also ends when its wall time is WALL_FACTOR times its limit."""
 
     def __init__(self, parts: Parts, job: str, seconds: float, longest: float = inf, pause: float = 0.0):
         self.parts, self.seconds, self.longest = parts, seconds, longest
@@ -216,8 +216,9 @@ def run_trajectory(
 
 
 def run_sensitivity(asked: dict[str, Any], seconds: float) -> bytes:
-    """JSON of the values and derivatives. asked: the scene as plain data, and the other arguments of ``trunnion.sensitivity``.
-    Raises SceneError when the computation takes more than ``seconds``, and Cancelled when the client has disconnected."""
+    """JSON of the values and derivatives along a run. asked: the scene as plain data, and the other arguments of
+    ``trunnion.sensitivity``. Raises SceneError when the computation takes more than ``seconds``, and Cancelled when the client has
+    disconnected."""
     from trunnion.analysis.sensitivities.sensitivity import sensitivity
 
     scene = scene_from_dict(asked.pop("scene"))

@@ -1,6 +1,6 @@
 """The dispatcher: a thread of the server that sends chunks of jobs to the cluster and stores their outcomes.
 
-It works on the leased jobs (``job_leases.py``). Its data in memory can be lost at any moment without damage."""
+The dispatcher works on the leased jobs (``job_leases.py``). If the server ends at any moment, no job is damaged."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from trunnion.service.store.store_records import Chunk
 
 log = logging.getLogger("trunnion.service")
 AHEAD = 1
-"""For each running chunk, this many chunks wait at the cluster, so that no worker is idle until the next turn."""
+"""Number of chunks that wait at the cluster for each running chunk. No worker is then idle until the dispatcher's next turn."""
 IDLE_SECONDS = 0.05
 STOP_SECONDS, RESULT_SECONDS = 2, 10
 Report = tuple[ChunkReport | None, FailedAttempt | None]
-"""The report of a chunk (None if it is lost), and the failed attempt (None if the chunk is done)."""
+"""(report of a chunk, None if the report is lost; failed attempt, None if the chunk is done)."""
 
 
 class Dispatcher(LeasedJobs):
@@ -47,7 +47,7 @@ class Dispatcher(LeasedJobs):
         self.thread.start()
 
     def stop(self) -> None:
-        """Stop the thread and release its leases, so that another server can continue at once."""
+        """Stop the thread and release its leases, so that another server can continue the jobs at once."""
         self.stopping.set()
         self.woken.set()
         self.thread.join(STOP_SECONDS)
@@ -102,8 +102,8 @@ class Dispatcher(LeasedJobs):
     # -- sending ------------------------------------------------------------------------------------------------------------
 
     def _send(self) -> bool:
-        """Send chunks of all jobs in turn until the cluster is full. The first chunk of a job runs alone, because it builds the
-        kernel that the other chunks share. Returns whether any chunk was sent."""
+        """Send chunks of all jobs in turn until the cluster is full. The first chunk of a job runs alone, because this chunk builds
+        the kernel that the other chunks share. Returns whether any chunk was sent."""
         if not self.jobs:
             return False
         room = self.cluster.slots() * (1 + AHEAD) - sum(len(a.flying) for a in self.jobs.values())
@@ -121,7 +121,8 @@ class Dispatcher(LeasedJobs):
         return some
 
     def _send_some(self, active: ActiveJob, most: int) -> int:
-        """Cut the next chunks of a job, at most ``most``, in one commit, and send them. Returns the number of sent chunks."""
+        """Cut the next chunks of a job, at most ``most``, in one database transaction, and send these chunks. Returns the number of
+        sent chunks."""
         if time.monotonic() < active.nothing_until:
             return 0
         if active.left < (LEAST_GRANT if active.flying else LEAST_LEFT):
@@ -142,7 +143,7 @@ class Dispatcher(LeasedJobs):
             return 0
         active.planned = max(active.planned, *(chunk.stop for chunk in chunks))
         early = [chunk for chunk in chunks if chunk.stop > active.known]
-        if early:  # the server has taken over the study, but not yet read the results of its earlier rounds
+        if early:  # the server has taken over the study, but has not read the results of its earlier rounds
             self._give_back(early, "not known yet")
         todo = [chunk for chunk in chunks if chunk.stop <= active.known]
         for k, chunk in enumerate(todo):
@@ -174,7 +175,7 @@ class Dispatcher(LeasedJobs):
     # -- returned chunks ----------------------------------------------------------------------------------------------------
 
     def _record_results(self) -> bool:
-        """Store all chunks that returned from the cluster. Returns whether there were any."""
+        """Store all chunks that returned from the cluster. Returns whether any chunk was stored."""
         waiting = self._returned_futures()
         some = bool(waiting)
         while waiting:
@@ -195,7 +196,7 @@ class Dispatcher(LeasedJobs):
         return some
 
     def _returned_futures(self) -> dict[str, dict[int, Any]]:
-        """The next returned futures by job and first case. Futures of chunks that are no longer in ``flying`` are dropped."""
+        """The next returned futures by job and first case. Futures of chunks that ``flying`` lacks are dropped."""
         found: dict[str, dict[int, Any]] = {}
         for _ in range(COMMIT_SIZE):
             try:
@@ -244,7 +245,7 @@ class Dispatcher(LeasedJobs):
             return None, self._lost(chunk, future)
         done = ChunkReport(**got)
         if not sum(done.counts.values()) and chunk.stop - chunk.start == 1 and granted >= WALL_FACTOR * active.cpu_limit:
-            what = f"the case had not ended after {granted:.3g} s, far beyond its CPU-time limit: the machine may be overloaded"
+            what = f"the case did not end within {granted:.3g} s, far beyond its CPU-time limit: the machine may be overloaded"
             return done, FailedAttempt(what, self.settings.retry_delay)
         return done, None
 
@@ -262,8 +263,8 @@ class Dispatcher(LeasedJobs):
 
     @staticmethod
     def _result(future: Any) -> dict[str, Any] | None:
-        """The report that a worker returned; None if the report is lost. The next attempt then finds the part, if it was
-        written."""
+        """The report that a worker returned. None if the report is lost. The next attempt then finds the part if the worker wrote
+        it."""
         try:
             return dict(future.result(timeout=RESULT_SECONDS))
         except Exception as e:  # noqa: BLE001  # after any error, the chunk runs again

@@ -1,5 +1,5 @@
-"""Sizes of chunks and pauses between checks. They are chosen so that, with any number of workers, the load is within the capacity
-of one dispatcher and one store of parts (``CAPACITY.md``)."""
+"""Sizes of chunks and pauses between checks. The sizes and pauses keep the load within the capacity of one dispatcher and one store
+of parts, for any number of workers (``CAPACITY.md``)."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ NEW, MOST = 0.1, 0.05
 """NEW: weight of the newest commit in the estimated cost. MOST: upper limit of the time counted for a chunk, s, so that waiting for
 an unreachable database does not count as cost."""
 COMMIT_SIZE = 100
-"""Largest number of chunks of a job in one commit. A commit takes some hundredths of a second. After a failure, the whole commit is
-repeated."""
+"""Largest number of chunks of a job in one database transaction (commit). A commit takes some hundredths of a second. After a
+failure, the whole commit is repeated."""
 CHECKS_PER_SECOND = 1000.0
 """Rate of the stop marker checks of all workers together, 1/s. Object stores accept some thousands of requests per second below one
 prefix."""
@@ -31,7 +31,7 @@ class DispatchCost:
 
     def record(self, pieces: int, seconds: float) -> None:
         """Add a commit of ``pieces`` chunks that took ``seconds``, and fit ``fixed`` and ``each`` again by least squares. While all
-        commits have the same number of chunks, their whole time counts as fixed."""
+        commits have the same number of chunks, their whole time counts as ``fixed``."""
         s = min(seconds, MOST * pieces)
         new = (1, pieces, pieces**2, s, pieces * s)
         n, p, pp, t, pt = self.sums = tuple((1.0 - NEW) * old + x for old, x in zip(self.sums, new, strict=True))
@@ -50,9 +50,9 @@ class DispatchCost:
         return max(wanted, slots * self.cost(min(batch, slots)) / BUSY)
 
     def shortest(self, work: float, slots: int, batch: int) -> float:
-        """The shortest planned duration of a chunk, s, when ``work`` seconds of computing are left. It is the time in which the
-        dispatcher serves all slots once, or √(work·cost) if this is less. The root minimises the total time: P chunks on P slots
-        end after P·cost + work/P, which is minimal for P = √(work/cost)."""
+        """The shortest planned duration of a chunk, s, when ``work`` seconds of computing are left. The duration is the time in
+        which the dispatcher serves all slots once, or √(work·cost) if this root is less. The root minimises the total time. P
+        chunks on P slots end after P·cost + work/P, which is minimal for P = √(work/cost)."""
         cost = self.cost(min(batch, slots))
         return min(sqrt(work * cost), slots * cost / BUSY)
 

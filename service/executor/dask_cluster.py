@@ -1,4 +1,4 @@
-"""The Dask cluster of a server: local processes, or a scheduler with a given address. A lost connection is made again."""
+"""The Dask cluster of a server: local processes, or a scheduler with a given address. After a loss, the server connects again."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The jobs that this server leases. It renews their leases, takes over jobs without a lease, and ends finished jobs.
+"""The jobs that this server leases. The server renews their leases, takes over jobs without a lease, and ends finished jobs.
 
-The data in memory can be lost at any moment. When a server takes over a job, a chunk that is stored as ``running`` counts as done
-if its part exists; otherwise the chunk runs again."""
+The server may end at any moment. When another server takes over a job, a chunk that is stored as ``running`` counts as done if its
+part exists. Otherwise the chunk runs again."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from trunnion.service.store.store_records import Chunk, Job
 
 class LeasedJobs:
     """The jobs that this server leases. name: the server's name in leases. returned: (job, first case, future) of chunks that
-    returned from the cluster and are not stored yet. claimed, renewed: monotonic times of the last claim and the last renewal,
-    s."""
+    returned from the cluster and are not stored yet. claimed: monotonic time of the last claim, s. renewed: monotonic time of the
+    last renewal, s."""
 
     def __init__(self, store: WorkStore, parts: Parts, settings: Settings):
         self.store, self.parts, self.settings = store, parts, settings
@@ -37,7 +37,7 @@ class LeasedJobs:
         self.claimed = self.renewed = -1e9
 
     def _renew(self) -> None:
-        """Renew the leases during long work. This can also lease new jobs, which the next ``_claim`` starts."""
+        """Renew the leases during long work. The renewal can also lease new jobs. The next ``_claim`` starts these jobs."""
         if time.monotonic() - max(self.claimed, self.renewed) > self.settings.lease / 3:
             self.store.claim(self.name, self.settings.lease)
             self.renewed = time.monotonic()
@@ -75,8 +75,8 @@ class LeasedJobs:
         self._settle_running(active, job.state == "queued")
 
     def _settle_running(self, active: ActiveJob, is_new: bool = False) -> None:
-        """Settle the chunks that are stored as running but have no future in this server. An earlier server sent them, or a commit
-        was interrupted. is_new: whether the job had no chunks when its lease was taken."""
+        """Settle the chunks that are stored as running but have no future in this server. An earlier server sent these chunks, or a
+        commit was interrupted. is_new: whether the job had no chunks when this server leased it."""
         running = [] if is_new else self.store.running(active.job.id)
         left = [chunk for chunk in running if chunk.start not in active.flying]
         there = self.parts.names(active.job.id) if left else set()
@@ -92,8 +92,8 @@ class LeasedJobs:
             active.sure = False
 
     def _settle_chunks(self, active: ActiveJob, chunks: list[Chunk], there: set[str]) -> None:
-        """Settle chunks without a future. A chunk is done if its part is among the file names ``there`` and is valid; otherwise it
-        runs again."""
+        """Settle chunks without a future. A chunk is done if its part is among the file names ``there`` and is valid. Otherwise the
+        chunk runs again."""
         done: dict[int, ChunkReport] = {}
         for chunk in chunks:
             self._renew()
@@ -111,7 +111,7 @@ class LeasedJobs:
         self.jobs.pop(active.job.id, None)
 
     def _check_job(self, active: ActiveJob) -> None:
-        """End the job if it is over or cancelled, and find lost futures."""
+        """End the job if all its cases are over or it was cancelled, and find lost futures."""
         if active.job.state == "cancelling":
             self._stop_job(active, "cancelled", [])
             return
@@ -127,7 +127,7 @@ class LeasedJobs:
             self._end_if_over(active)
 
     def _stop_job(self, active: ActiveJob, state: str, problems: list[dict[str, Any]]) -> None:
-        """End a job early. A stop marker tells its workers to stop."""
+        """End a job early. A stop marker (a file) tells the workers of the job to stop."""
         if active.flying:
             self.parts.write(self.parts.marker(active.job.id), b"")
         self.store.end(self.name, active.job.id, state, problems)
@@ -135,7 +135,7 @@ class LeasedJobs:
 
     def _advance_study(self, active: ActiveJob) -> None:
         """Report complete rounds to the study, and request the cases of the next round. The requested cases depend only on the seed
-        and the results. Therefore a study continues unchanged when another server takes it over."""
+        and the results. Therefore a study continues unchanged when another server takes the study over."""
         follow, asked = active.follow, -1
         while follow is not None and not follow.is_over and asked != follow.requested:
             asked = follow.requested

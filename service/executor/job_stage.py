@@ -1,5 +1,5 @@
-"""The stage of a job before its first rows (deriving, compiling, running), or the progress of a fit, stored in the folder of the
-parts."""
+"""The stage of a job before its first rows (deriving, compiling, running), or the progress of a fit. A file in the folder of the
+parts holds the stage."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ _TELL: ContextVar[Tell | None] = ContextVar("stage", default=None)
 
 
 class _Hears(logging.Filter):
-    """A logging filter that reports the start of the compiler, on any thread of a build, and the progress of a fit."""
+    """A logging filter that reports the start of the compiler and the progress of a fit. The compiler may start on any thread of a
+    build."""
 
     def __init__(self, level: int):
         super().__init__()
@@ -44,8 +45,8 @@ def _listen() -> None:
 
 @contextmanager
 def report_stages(parts: Parts, job: str, wanted: bool) -> Iterator[Tell]:
-    """Within this block, store the reported stages of a job, if ``wanted``. Yields the function that reports a stage. Compilation
-    and fits are reported automatically. Failed writes are ignored."""
+    """A context in which the reported stages of a job are stored, if ``wanted``. Yields the function that reports a stage.
+    Compilation and fits are reported automatically. Failed writes are ignored."""
     last = ""
 
     def tell(stage: str) -> None:
@@ -64,7 +65,7 @@ def report_stages(parts: Parts, job: str, wanted: bool) -> Iterator[Tell]:
 
 
 def read_stage(parts: Parts, job: str) -> str:
-    """The last reported stage of a job; "" if it is unknown."""
+    """The last reported stage of a job; "" if no stage is known."""
     try:
         text = parts.read(parts.stage_file(job)).decode("utf-8", "replace")
     except OSError:

@@ -1,4 +1,4 @@
-"""A local Dask cluster without HTTP servers. Its TLS certificate is created at the start."""
+"""A local Dask cluster without HTTP servers. The cluster creates its TLS certificate at the start."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class QuietWorker(Worker):
 
 
 def local_cluster(workers: int, scratch: str, silence: int) -> SpecCluster:
-    """Local worker processes, with a scheduler in this process. Clients and workers must present a certificate that is created here
-    and kept in memory."""
+    """Local worker processes, with a scheduler in this process. Clients and workers must present a certificate. This function
+    creates the certificate and keeps it in memory."""
     logging.getLogger("distributed").setLevel(silence)
     security = Security.temporary()
     common = {"host": "127.0.0.1", "protocol": "tls://", "security": security}

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Parts:
-    """The parts of all jobs under one URL. OSError, or an error of the file system, when writing fails."""
+    """The parts of all jobs under one URL. Methods that write raise OSError, or an error of the file system, when writing fails."""
 
     def __init__(self, url: str):
         self.url = url
@@ -44,11 +44,11 @@ class Parts:
             os.fsync(f.fileno())
 
     def write_part(self, case_range: CaseRange, table: pyarrow.Table) -> int:
-        """Write the part of a range of cases; returns its size in bytes."""
+        """Write the part of a range of cases. Returns the size of the part in bytes."""
         return self.write_table(self.part(case_range), case_range, table)
 
     def write_table(self, path: str, case_range: CaseRange, table: pyarrow.Table) -> int:
-        """Write a table of a range of cases to a path; returns its size in bytes."""
+        """Write a table of a range of cases to a path. Returns the size of the file in bytes."""
         data = part_bytes(table, case_range)
         self.write(path, data)
         return len(data)
@@ -58,13 +58,13 @@ class Parts:
         return f"{self.root}/{case_range.job}/rows-{case_range.start:09d}-{case_range.stop:09d}.parquet"
 
     def write_rows(self, case_range: CaseRange, table: pyarrow.Table) -> int:
-        """Write the trajectory rows of a range of cases; returns their size in bytes. Rows are written before the part, so that
-        they exist if the part exists."""
+        """Write the trajectory rows of a range of cases. Returns the size of the file in bytes. Rows are written before the part,
+        so that the rows exist if the part exists."""
         return self.write_table(self.rows_part(case_range), case_range.of_rows, table)
 
     def read_rows(self, case_range: CaseRange, columns: list[str] | None = None) -> pyarrow.Table:
-        """The trajectory rows of a range of cases. If the rows are missing or damaged, the part is deleted, so that the cases are
-        recomputed, and CorruptPart is raised."""
+        """The trajectory rows of a range of cases. If the rows are missing or damaged, the function deletes the part, so that the
+        cases are recomputed, and raises CorruptPart."""
         try:
             return read_part_bytes(self.read(self.rows_part(case_range)), case_range.of_rows, columns)
         except (CorruptPart, FileNotFoundError) as e:
@@ -82,7 +82,7 @@ class Parts:
         except OSError as e:
             if not self.local:
                 raise  # an error of a remote store probably means that the store is temporarily unavailable
-            raise CorruptPart(f"it cannot be read: {e.strerror or e}") from e
+            raise CorruptPart(f"the file cannot be read: {e.strerror or e}") from e
         return read_part_bytes(data, case_range, columns), len(data)
 
     def part_outcomes(self, case_range: CaseRange) -> tuple[dict[str, int], int, str] | None:
@@ -97,12 +97,12 @@ class Parts:
         return count_by(table), size, version_of(table)
 
     def exists(self, path: str) -> bool:
-        """Whether a file exists at present. No cache is used."""
+        """Whether a file exists at present. The function does not use the cache of the file system."""
         self.fs.invalidate_cache()
         return bool(self.fs.exists(path))
 
     def names(self, job: str) -> set[str]:
-        """The names of a job's files at present. No cache is used."""
+        """The names of a job's files at present. The function does not use the cache of the file system."""
         self.fs.invalidate_cache()
         try:
             return {str(x).rpartition("/")[2] for x in self.fs.ls(f"{self.root}/{job}", detail=False)}

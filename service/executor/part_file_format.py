@@ -29,8 +29,8 @@ class CorruptPart(RuntimeError):
 
 @dataclass(frozen=True)
 class CaseRange:
-    """A range of cases whose results are in one file: the cases start … stop − 1 of a job. document: digest of the job's
-    document."""
+    """A range of cases whose results are in one file. The range consists of the cases start … stop − 1 of a job. document: digest
+    of the job's document."""
 
     job: str
     document: str
@@ -44,7 +44,7 @@ class CaseRange:
 
     @property
     def text(self) -> str:
-        """The identity as it is stored in the metadata."""
+        """The identity as a text for the metadata."""
         return json.dumps([self.job, self.document, self.start, self.stop])
 
 
@@ -58,7 +58,7 @@ def digest_of(data: bytes) -> str:
 
 
 def part_bytes(table: pyarrow.Table, case_range: CaseRange) -> bytes:
-    """The bytes of the part with this table, with identity and checksum."""
+    """The bytes of a part that contains this table, with identity and checksum."""
     import pyarrow.parquet as pq
 
     about = (table.schema.metadata or {}) | {IDENTITY: case_range.text.encode(), CHECKSUM: MARK + ZEROS}
@@ -81,8 +81,8 @@ def _in_current_words(table: pyarrow.Table) -> pyarrow.Table:
 
 
 def checksummed_bytes(data: bytes, case_range: CaseRange) -> bytes | None:
-    """The bytes of the part for the bytes of a file that an earlier version wrote without identity and checksum. None if the file
-    has a checksum. Raises CorruptPart when the file is not a Parquet file with the rows of these cases."""
+    """The bytes of a part, made from the bytes of a file that an earlier version wrote without identity and checksum. None if the
+    file has a checksum. Raises CorruptPart when the file is not a Parquet file with the rows of these cases."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -106,7 +106,7 @@ def read_part_bytes(data: bytes, case_range: CaseRange, columns: list[str] | Non
     found = data.rfind(MARK)
     at = found + len(MARK)
     if found < 0 or data[at : at + len(ZEROS)] != digest_of(data[:at] + ZEROS + data[at + len(ZEROS) :]).encode():
-        raise CorruptPart("its checksum does not match its bytes")
+        raise CorruptPart("the checksum does not match the bytes of the file")
     file = pq.ParquetFile(pa.BufferReader(data))  # four times as fast as pyarrow.parquet.read_table
     stored = [n for n in file.schema_arrow.names if columns is None or current_result(n) in columns]
     table = _in_current_words(file.read(stored, use_threads=False))

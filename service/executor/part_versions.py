@@ -13,21 +13,21 @@ if TYPE_CHECKING:
 VERSION, KEY = "version", b"version"
 """Name of the column, and key of the version in the metadata of a part."""
 BEFORE = "steps"
-"""The column that follows the column of the version."""
+"""Name of the column that follows the column of the version."""
 
 
 def computed_by(table: pyarrow.Table, version: str) -> pyarrow.Table:
-    """The table with a version in its metadata."""
+    """The table, with the version in its metadata."""
     return table.replace_schema_metadata((table.schema.metadata or {}) | {KEY: version.encode()})
 
 
 def version_of(table: pyarrow.Table) -> str:
-    """The version in the metadata of a part; "" if there is none."""
+    """The version in the metadata of a part; "" for metadata without a version."""
     return str((table.schema.metadata or {}).get(KEY, b"").decode())
 
 
 def with_version(schema: pyarrow.Schema) -> pyarrow.Schema:
-    """The schema of a job's table: the schema of its plan with a column for the version."""
+    """The schema of a job's table: the schema of the job's plan, and a column for the version."""
     import pyarrow as pa
 
     new = arrow_columns.field(VERSION, pa.string(), "", "version of Trunnion that computed the row, with a digest of its sources")

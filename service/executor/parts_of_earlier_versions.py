@@ -1,5 +1,5 @@
-"""Takes over the parts of earlier versions. A part that an earlier version wrote without identity and checksum gets both. Its rows
-stay as they are."""
+"""Takes over the parts of earlier versions. A part that an earlier version wrote without identity and checksum gets an identity and
+a checksum. The rows of the part do not change."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ AT_ONCE = 1000
 
 
 def adopt_parts(store: WorkStore, parts: Parts) -> None:
-    """Examine the parts of all finished chunks of earlier versions. A damaged part stays as it is; when it is read, its cases are
-    computed again."""
+    """Examine the parts of all finished chunks of earlier versions. A damaged part does not change. When the part is read, its
+    cases are computed again."""
 
     @lru_cache(maxsize=64)
     def digest(job: str) -> str:
@@ -47,7 +47,7 @@ def adopt_parts(store: WorkStore, parts: Parts) -> None:
 
 
 def _adopt(store: WorkStore, parts: Parts, chunk: Chunk, case_range: CaseRange) -> bool:
-    """Examine the part of a chunk. Returns whether it got a checksum."""
+    """Examine the part of a chunk. Returns whether the part got a checksum."""
     path = parts.part(case_range)
     if MARK in parts.read_end(path) or (data := checksummed_bytes(parts.read(path), case_range)) is None:
         store.adopt(chunk, {}, 0)

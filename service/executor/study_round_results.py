@@ -13,8 +13,8 @@ log = logging.getLogger("trunnion.service")
 
 
 def round_results(store: WorkStore, parts: Parts, job: str, document: str, follow: StudyProgress) -> CaseResults | None:
-    """The results of the cases for which a study waits; None while results are missing. If a part is damaged, its cases are
-    scheduled to be recomputed, and the result is None. A case that failed in all attempts counts as lost."""
+    """The results of the cases for which a study waits. None while results are missing. If a part is damaged, the function
+    schedules its cases for recomputation and returns None. A case that failed in all attempts counts as lost."""
     import pyarrow as pa
 
     start, stop, names = follow.finished, follow.requested, follow.study.results

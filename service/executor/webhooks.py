@@ -23,7 +23,7 @@ from trunnion.service.store.store_records import Job
 
 log = logging.getLogger("trunnion.service")
 ATTEMPTS, FIRST_DELAY = 10, 5.0
-"""ATTEMPTS: largest number of attempts. FIRST_DELAY: pause after the first attempt, s. Each next pause is twice as long; all pauses
+"""ATTEMPTS: largest number of attempts. FIRST_DELAY: pause after the first attempt, s. Each next pause is twice as long. All pauses
 together are 43 min."""
 ANSWER_SECONDS = 10.0
 LOOK_SECONDS = 1.0
@@ -31,8 +31,8 @@ SIGNATURE, IDENTITY = "Trunnion-Signature", "Trunnion-Delivery"
 
 
 def is_allowed(url: str, prefixes: tuple[str, ...]) -> bool:
-    """Whether an address is below one of the prefixes: it has the same scheme, host and port, and a path equal to or below the
-    prefix's path. Encoded characters are compared in decoded form, because a server may decode them."""
+    """Whether an address is below one of the prefixes. Such an address has the scheme, host and port of the prefix, and a path
+    equal to or below the prefix's path. Encoded characters are compared in decoded form, because a server may decode them."""
     try:
         asked = httpx.URL(url)
         there = _segments(asked)
@@ -53,8 +53,8 @@ def _port(url: httpx.URL) -> int | None:
 
 
 def _segments(url: httpx.URL) -> list[bytes]:
-    """The decoded segments of a path, without empty segments at its ends. ValueError for a segment that could mean another path: a
-    dot segment, or a segment with a slash, backslash or control character, also if encoded several times."""
+    """The decoded segments of a path, without empty segments at its ends. ValueError for a segment that could mean another path.
+    These are dot segments, and segments with a slash, backslash or control character, also if encoded several times."""
     found = []
     for segment in url.raw_path.partition(b"?")[0].strip(b"/").split(b"/"):
         decoded, before = unquote_to_bytes(segment), segment
@@ -67,7 +67,7 @@ def _segments(url: httpx.URL) -> list[bytes]:
 
 
 def signing_secret(settings: Settings) -> bytes:
-    """The secret in the settings; if there is none, a generated secret that is stored in the data folder."""
+    """The secret in the settings. Settings without a secret give a generated secret, which is stored in the data folder."""
     if settings.webhook_secret:
         return settings.webhook_secret.encode()
     file = Path(settings.data) / "webhook.secret"

@@ -1,4 +1,5 @@
-// Shows the OpenAPI document: operations with parameters and examples. Each operation can be tried. Loads nothing from other sites.
+// Shows the OpenAPI document: operations with parameters and examples. The user can try each operation. The page loads nothing from
+// other sites.
 
 import { $, key, make, notice, useKey } from "./basics/requests_and_dom.js";
 
@@ -20,7 +21,7 @@ async function begin() {
   if (location.hash) document.getElementById(location.hash.slice(1))?.setAttribute("open", "");
 }
 
-// Nodes for a text in which backticks enclose code.
+// The DOM nodes for a text in which backticks enclose code.
 const prose = (text) => text.split("`").map((part, i) => (i % 2 ? make("code", {}, part) : part));
 
 function one(description, method, path, operation) {

@@ -22,7 +22,7 @@ STAGE = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
     "frame-ancestors 'self'"
 )
-"""Content security policy of the empty frame for animations. The frame, like an animation, may fetch nothing."""
+"""Content security policy of the empty frame for animations. Neither the frame nor an animation in it may fetch anything."""
 
 
 @router.get("/")
@@ -63,7 +63,7 @@ def stage() -> Response:
 
 @router.get("/favicon.ico")
 def icon() -> Response:
-    """The icon for documents that do not name an icon, such as tables."""
+    """The icon. Browsers request this address for documents that name no icon, such as tables."""
     return file("icon.svg")
 
 

@@ -38,14 +38,14 @@ class RequestModel(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _sound(cls, data: Any) -> Any:
-        """Refuse invalid Unicode and too deep nesting, and replace deprecated names of fields."""
+        """Replace deprecated names of fields in plain data. Invalid Unicode and too deep nesting raise errors."""
         todo = [(data, 0)]
         while todo:
             value, depth = todo.pop()
             if depth > DEEPEST:
-                raise ValueError(f"it is nested more than {DEEPEST} deep")
+                raise ValueError(f"the value has more than {DEEPEST} levels of nesting")
             if isinstance(value, str) and not _unicode(value):
-                raise ValueError("it holds half of a surrogate pair, which is invalid Unicode")
+                raise ValueError("the text holds half of a surrogate pair, which is invalid Unicode")
             if isinstance(value, dict):
                 todo += [(k, depth + 1) for k in value]
                 value = list(value.values())
@@ -83,8 +83,8 @@ Revision = Annotated[
 
 
 class Optimise(RequestModel):
-    """A search for optimal parameters within bounds. Exactly one of ``minimise``, ``maximise`` and ``reach`` is required. Results
-    are reproducible by the seed."""
+    """A search for optimal parameters within bounds. Exactly one of ``minimise``, ``maximise`` and ``reach`` is required. The same
+    seed gives the same result."""
 
     bounds: Bounds = Field(min_length=1, max_length=50, description="Lowest and highest value, by path.")
     minimise: PlainText | None = Field(None, description="Reduction to minimise.")

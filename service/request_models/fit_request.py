@@ -52,8 +52,8 @@ class FitRun(RequestModel):
 
 
 class FitCandidate(RequestModel):
-    """A friction law to compare, or a changed scene. Its parameters, bounds and priors are added to the parameters, bounds and
-    priors of the fit."""
+    """A friction law to compare, or a changed scene. The parameters, bounds and priors of the candidate are added to those of the
+    fit."""
 
     law: PlainText = Field("", description="Friction law of all joints with friction; default: the scene's.")
     parameters: list[Path] = Field(default_factory=list, max_length=MOST_PARAMETERS)
@@ -73,7 +73,8 @@ class FitTrial(RequestModel):
 
 
 class Fit(RequestModel):
-    """A fit of parameters to measured runs, with confidence intervals. It can also compare friction laws and rank experiments."""
+    """A fit of parameters to measured runs, with confidence intervals. A fit can also compare friction laws and rank
+    experiments."""
 
     parameters: list[Path] = Field(default_factory=list, max_length=MOST_PARAMETERS, description="Fitted numbers, by path.")
     runs: list[FitRun] = Field(min_length=1, max_length=MOST_RUNS)
@@ -93,7 +94,7 @@ class Fit(RequestModel):
 
 
 def make_fit_request(f: Mapping[str, Any], rtol: float | None) -> FitRequest:
-    """The fit that the field ``fit`` of a request describes. rtol: tolerance of its runs; None for the default."""
+    """The fit that the field ``fit`` of a request describes. rtol: tolerance of the runs of the fit; None for the default."""
     curves = [{n: np.array(v, float) for n, v in r["curves"].items()} for r in f["runs"]]
     runs = [MeasuredRun(np.array(r["time"], float), c, r["overrides"], r["noise"], r["name"])
             for r, c in zip(f["runs"], curves, strict=True)]  # fmt: skip
@@ -109,7 +110,7 @@ def fit_of_request(scene: Scene, asked: Mapping[str, Any], rtol: float | None, w
     """The plan of a request with a fit. SceneError with all problems, including ``wrong`` and violated limits."""
     others = [n for n in CASE_SOURCES if asked.get(n) is not None]
     problems = [*wrong, *(Problem(n, "a fit does not accept this field", "submit a separate job") for n in others)]
-    hint = "omit it: a fit chooses the method, and its runs last as long as the measurements"
+    hint = "omit the field: a fit chooses the method, and its runs last as long as the measurements"
     problems += [Problem(n, "a fit does not accept this field", hint) for n in ALONE if asked.get(n)]
     q = make_fit_request(asked["fit"], rtol)
     problems += [*_limit_problems(q, limits), *(replace(p, where=f"fit, {p.where}") for p in request_problems(scene, q))]

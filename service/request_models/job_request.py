@@ -46,7 +46,8 @@ HIGHER = "ask the operator for a higher limit"
 JOBS = "POST /v1/jobs"
 ONE_SOURCE = "give at most one of vary, cases, sample, optimise, refine and fit"
 MOST_TEXT, MOST_VALUES = 250_000, 100_000
-"""Limits of the number of characters and of values (including keys) in a scene: ten times those of the largest allowed scene."""
+"""Limits of the number of characters and of values (including keys) in a scene. The limits are ten times the numbers of the largest
+allowed scene."""
 
 
 def _values(data: Any) -> int:
@@ -70,8 +71,8 @@ class SceneSource(RequestModel):
 
 
 def with_settings(who: str) -> Any:
-    """The request model of a scene with the run settings that the endpoint ``who`` offers. The schema only states the bounds of the
-    settings; the checks that all interfaces share enforce these bounds."""
+    """The request model of a scene with the run settings that the endpoint ``who`` offers. The schema states the bounds of the
+    settings, but pydantic does not check them. The checks that all interfaces share enforce these bounds."""
     fields: dict[str, Any] = {}
     for s in offered(who):
         kind = PlainText if s.words else Annotated[float, WithJsonSchema(_schema(s.bound_at(who)))] | Text
@@ -86,8 +87,8 @@ def _schema(bound: Bound) -> dict[str, Any]:
 
 
 class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
-    """A batch. It has a scene, at most one of ``vary`` (grid), ``cases`` (list), ``sample``, ``optimise``, ``refine`` and ``fit``,
-    and the results to store. Without any of these, the scene runs once."""
+    """A batch. The request has a scene, at most one of ``vary`` (grid), ``cases`` (list), ``sample``, ``optimise``, ``refine`` and
+    ``fit``, and the results to store. Without any of these, the scene runs once."""
 
     vary: dict[Path, list[Number] | Number] | None = Field(
         None,
@@ -130,7 +131,7 @@ def scene_of(source: SceneSource, limits: Limits) -> Scene:
         what = "no scene is given" if not given else "two scenes are given"
         raise SceneError([Problem("scene", what, "give scene (a model's name, or JSON) or scene_text (YAML)")])
     if isinstance(source.scene, dict) and (n := _values(source.scene)) > MOST_VALUES:
-        raise SceneError([Problem("scene", f"it holds {n} values, more than {MOST_VALUES}", "remove unused values")])
+        raise SceneError([Problem("scene", f"the scene holds {n} values, more than {MOST_VALUES}", "remove unused values")])
     if isinstance(source.scene, str):
         if source.scene not in (names := bundled_names()):
             hint = f"one of {', '.join(names)}; or give the scene itself"
@@ -194,7 +195,7 @@ def _varied_limit_problems(made: Plan, limits: Limits) -> list[Problem]:
 
 
 def _long_run_problems(end: str, until: float, spacing: str, rows: float, limits: Limits) -> list[Problem]:
-    """Problems for a too long time and too many rows of a case. end, spacing: places of the two numbers in the request."""
+    """Problems for a case with a too late end time or too many rows. end, spacing: places of the two numbers in the request."""
     problems = []
     if until > limits.duration:
         what = f"{until:g} s is longer than the {limits.duration:g} s allowed"
@@ -232,7 +233,7 @@ def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
 
 
 def study_of_document(document: dict[str, Any]) -> Study | None:
-    """The study in a stored document; None for a batch whose cases are all known."""
+    """The study in a stored document. None for a batch without a study."""
     wanted = study_request(current_settings(document))
     if wanted is None:
         return None
@@ -280,7 +281,7 @@ def document_of(request: JobRequest, made: Plan) -> dict[str, Any]:
 
 
 def current_document(document: dict[str, Any]) -> dict[str, Any]:
-    """A stored document with deprecated words replaced by the current words. The replacements are not reported."""
+    """A stored document with deprecated words replaced by the current words. The user gets no notes about these words."""
     with deprecation_notes():
         scene = copy_of(document["scene"])
         replace_deprecated(scene, {})
@@ -293,8 +294,8 @@ def current_settings(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def identity_of(request: JobRequest) -> str:
-    """The digest of a request. It is computed with the deprecated names of fields, so that an idempotency key stays valid after an
-    update of the server."""
+    """The digest of a request. The digest is computed with the deprecated names of fields, so that an idempotency key stays valid
+    after an update of the server."""
     before = {new: old for old, new in SETTINGS.items()}
     asked = request.model_dump(mode="json", exclude={"optimise": {"revision"}, "refine": {"revision"}})
     return digest({before.get(name, name): value for name, value in asked.items()})

@@ -19,7 +19,7 @@ SENSITIVITIES = "POST /v1/sensitivities"
 
 
 class SensitivityRequest(with_settings(SENSITIVITIES)):  # type: ignore[misc]
-    """A run whose outputs are differentiated with respect to parameters. ``rtol`` is the tolerance of the run; the derivatives are
+    """A run whose outputs are differentiated with respect to parameters. ``rtol`` is the tolerance of the run. The derivatives are
     about a hundred times less accurate."""
 
     parameters: list[Path] = Field(max_length=100, description="Numbers of the scene, by dotted path.")

@@ -1,4 +1,4 @@
-"""Problems of a request in the words of this program, in place of the messages of the library that validates requests."""
+"""Texts for the problems of a request. These texts replace the messages of pydantic, the library that validates requests."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ KINDS = {
     "dict": "an object with fields", "model": "an object with fields", "dataclass": "an object with fields",
     "model_attributes": "an object with fields", "mapping": "an object with fields", "none_required": "null",
 }  # fmt: skip
-"""The kinds of values, by the beginning of the library's names of errors."""
+"""The kinds of values, by the beginning of pydantic's names of errors."""
 BOUNDS = {"greater_than": ("gt", ">"), "greater_than_equal": ("ge", "≥"), "less_than": ("lt", "<"), "less_than_equal": ("le", "≤")}
-"""By name of an error: its key for the bound, and the sign."""
+"""{pydantic's name of an error: (key of the bound, sign)}."""
 HIDDEN = "no control characters and no characters that change the direction of writing"
 
 
 def problem_of(error: Mapping[str, Any]) -> Problem:
-    """The problem for an error of the library."""
+    """The problem that describes an error of pydantic."""
     what, hint = _words(error["type"], error.get("ctx") or {}, error.get("input"), str(error.get("msg", "")))
     return Problem(".".join(map(str, error["loc"]))[:300] or "body", what[:500], hint)
 
@@ -30,7 +30,7 @@ def _words(kind: str, about: Mapping[str, Any], given: Any, message: str) -> tup
     if kind == "missing":
         return "is not given", "add this field"
     if kind == "extra_forbidden":
-        return "there is no such field", "remove it, or correct its name"
+        return "there is no such field", "remove the field, or correct its name"
     if kind == "value_error":
         return message.removeprefix("Value error, "), ""
     if kind == "string_pattern_mismatch":

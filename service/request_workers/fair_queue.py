@@ -23,8 +23,8 @@ class QueueFull(RuntimeError):
 
 
 class FairQueue(Generic[Slot]):
-    """Slots, and the requests that wait for a slot. Callers get slots in turn. If there are several slots, no caller can have all
-    of them. Only for use in the event loop."""
+    """Slots, and the requests that wait for a slot. Callers get slots in turn. A caller never has all of several slots. Only for
+    use in the event loop."""
 
     def __init__(self, places: Sequence[Slot]):
         self.count, self.free = len(places), list(places)
@@ -54,7 +54,7 @@ class FairQueue(Generic[Slot]):
             raise
 
     def release(self, who: str, place: Slot) -> None:
-        """Return a slot. The next caller that waits and may take a slot gets it."""
+        """Return a slot to the queue. The next waiting caller that may take a slot gets this slot."""
         self.busy[who] -= 1
         if self.busy[who] <= 0:
             del self.busy[who]

@@ -1,4 +1,4 @@
-"""Plans of jobs that are derived from a job: its failed cases again, or more cases of the same scene."""
+"""Plans of jobs that are derived from another job. Such a job runs the failed cases again, or more cases of the same scene."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def plan_extension(body: bytes, media: str, limits: Limits, document: dict[str, 
     _refuse_study(document)
     given = {k: asked.pop(k) for k in CASE_SOURCES if k in asked}
     if not given:
-        raise SceneError([Problem("vary", "no more cases are given", f"give exactly one of {', '.join(CASE_SOURCES)}")])
+        raise SceneError([Problem("vary", "no new cases are given", f"give exactly one of {', '.join(CASE_SOURCES)}")])
     more = plan_of_request(validate_request(JobRequest, _without_cases(document) | asked | given), limits).cases
     there = plan_of_document(document).cases
     new = _new_cases(more, there) if set(more.paths) == set(there.paths) else np.arange(more.count)
@@ -79,14 +79,14 @@ def plan_extension(body: bytes, media: str, limits: Limits, document: dict[str, 
 
 
 def _refuse_study(document: dict[str, Any]) -> None:
-    """Raise SceneError for a study or a fit: the cases of a study depend on each other, and a case of a fit is a whole fit."""
+    """Raise SceneError for a study or a fit. The cases of a study depend on each other, and a case of a fit is a whole fit."""
     if any(document.get(name) for name in STUDIES):
         what = "this job is a fit" if document.get("fit") else "the cases of this job depend on each other"
         raise SceneError([Problem("job", what, "submit its request again with more cases or other settings")])
 
 
 def _new_cases(more: Cases, there: Cases) -> np.ndarray:
-    """The numbers of the cases in ``more`` that are not in ``there``. Both must vary the same paths."""
+    """The numbers of the cases in ``more`` that are not in ``there``. ``more`` and ``there`` must vary the same paths."""
     order = [more.paths.index(p) for p in there.paths]
     old = set(map(tuple, there.values(0, there.count).tolist()))
     values = more.values(0, more.count)[:, order].tolist()

@@ -1,5 +1,5 @@
-"""Worker processes that read and check requests one after another, within limits of time and memory, and a pool of them, to which a
-fair queue distributes the requests."""
+"""Worker processes, and a pool of worker processes. A worker reads and checks requests one after another, within limits of time and
+memory. A fair queue distributes the requests to the workers of the pool."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from trunnion.service.request_workers.fair_queue import FairQueue
 log = logging.getLogger("trunnion.service")
 Task = Callable[..., Any]
 START_SECONDS = 60.0
-"""Longest time until a process is ready, s, even on a busy machine. It does not count as time of the request."""
+"""Longest time until a process is ready, s, even on a busy machine. This time does not count as time of the request."""
 NICE = 5
 """Increase of the niceness of the process relative to the server."""
 ANSWER_ERRORS = (SceneError, SimulationError, ImportError)
-"""Errors of a task that the process returns to the server, which raises them again."""
+"""Errors of a task that the process returns to the server. The server raises these errors again."""
 READY = "ready"
 """The first message that the process sends."""
 TASK_MODULE = "trunnion.service.request_workers.rerun_and_extend_plans"
@@ -45,16 +45,16 @@ class NotReady(RuntimeError):
 
 
 class ProcessEnded(RuntimeError):
-    """The process ended during a request, for example when it exceeded its memory."""
+    """The process ended during a request, for example because the process exceeded its memory."""
 
 
 class Defect(RuntimeError):
-    """The request triggered a defect of the program. The server logs it."""
+    """The request triggered a defect of the program. The server logs the defect."""
 
 
 def serve_tasks(connection: Connection, memory: int) -> None:
-    """The main function of the process. It sends READY. For each message (task, arguments), it then returns (success, result
-    or error, notes about deprecated words), until the connection closes."""
+    """The main function of a worker process. The function sends READY. The function then answers each message (task, arguments)
+    with (success, result or error, notes about deprecated words), until the connection closes."""
     _isolate()
     _limit_memory(memory)
     importlib.import_module(TASK_MODULE)  # not during the first request; a forked process has imported the tasks
@@ -77,7 +77,7 @@ def serve_tasks(connection: Connection, memory: int) -> None:
 
 
 def _isolate() -> None:
-    """Make this process the leader of a process group, lower its priority, and end it when the parent has ended."""
+    """Make this process the leader of a process group and lower its priority. The process ends when its parent has ended."""
     with suppress(AttributeError, OSError):
         os.setsid()
         os.nice(NICE)
@@ -94,7 +94,7 @@ def _isolate() -> None:
 
 
 def _limit_memory(memory: int) -> None:
-    """Limit the address space, bytes, if the system supports this."""
+    """Limit the size of the address space, in bytes, on systems with such a limit."""
     try:
         import resource
     except ImportError:
@@ -110,8 +110,8 @@ def _end_group(leader: int) -> None:
 
 
 def process_context() -> Any:
-    """The context that starts processes. Linux forks them from a process without threads that has imported the tasks, which takes
-    milliseconds. Elsewhere each process imports them, which takes a second."""
+    """The context that starts processes. On Linux, a process without threads imports the tasks once, and worker processes are
+    forked from it in milliseconds. On other systems, each worker process imports the tasks, which takes a second."""
     if sys.platform != "linux":
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
@@ -145,8 +145,8 @@ class WorkerProcess:
         theirs.close()
 
     def run_task(self, task: Task, arguments: tuple[Any, ...], seconds: float) -> tuple[Any, list[str]]:
-        """The result of a task, and notes about deprecated words. Raises the error that the task raised; TookTooLong when the task
-        exceeded ``seconds``; ProcessEnded when the process ended; NotReady when the process did not start in time."""
+        """The result of a task, and notes about deprecated words. Raises the error that the task raised. Raises TookTooLong when
+        the task exceeded ``seconds``, ProcessEnded when the process ended, and NotReady when the process did not start in time."""
         self.start()
         connection = self.connection
         try:
@@ -157,7 +157,7 @@ class WorkerProcess:
             good, answer, notes = connection.recv()
         except (EOFError, OSError) as e:
             self.end()
-            raise ProcessEnded("the process ended while it worked on the request: it ran out of memory") from e
+            raise ProcessEnded("the worker process ran out of memory and ended during the request") from e
         except (TookTooLong, NotReady):
             self.end()
             raise
@@ -185,7 +185,7 @@ class WorkerProcess:
 
 class WorkerPool(FairQueue[WorkerProcess]):
     """Worker processes, and the requests that wait for a worker. lasting: whether a worker serves several requests. Otherwise the
-    worker ends after a request, which frees its memory. Only for use in the event loop."""
+    worker ends after a request, and its end frees the memory. Only for use in the event loop."""
 
     def __init__(self, workers: int, memory: float, lasting: bool = True):
         self.workers = [WorkerProcess(int(memory)) for _ in range(workers)]

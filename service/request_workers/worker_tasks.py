@@ -89,8 +89,8 @@ def check_scene(body: bytes, media: str, limits: Limits) -> bytes:
 
 
 def number_places(text: str) -> dict[str, tuple[int, int]]:
-    """The first and last character of each number or other scalar of a scene's text, by dotted path. An entry without a list is
-    also the first entry of a list. Characters are counted in UTF-16, as browsers do."""
+    """The positions of the first and last character of each scalar of a scene's text, such as a number, by dotted path. An entry
+    without a list is also the first entry of a list. Characters are counted in UTF-16, as browsers do."""
     found = {dotted(path): ends for path, ends in read(text).places.items()}
     if any(ord(c) > 0xFFFF for c in text):
         found = {p: (_utf16(text[:a]), _utf16(text[:b])) for p, (a, b) in found.items()}
@@ -114,8 +114,8 @@ RUN_SECONDS, RUN_ROWS = 2.0, 1000
 
 
 def run_scene(body: bytes, media: str, limits: Limits, held: bool) -> bytes:
-    """JSON of the motion of a scene, as the animation's viewer draws it. A run that uses RUN_SECONDS ends early as ``cancelled``.
-    held: as for ``content``."""
+    """JSON of the motion of a scene, in the form that the animation's viewer draws. A run that uses RUN_SECONDS ends early with the
+    outcome ``cancelled``. held: as for ``content``."""
     from trunnion.plots.animation.viewer_data import content
     from trunnion.plots.mechanism_pictures.instant_picture import needed, started
     from trunnion.simulation.run import simulate

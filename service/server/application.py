@@ -27,7 +27,7 @@ line prints. Numbers are in SI units. Where a scene accepts texts with units (`"
 
 
 def create_app(settings: Settings) -> FastAPI:
-    """Create the web application of a server. Its components start and end with the application."""
+    """Create the web application of a server. The components of the server start and end with the application."""
     return build_application(create_service(settings))
 
 

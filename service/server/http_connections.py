@@ -1,5 +1,5 @@
-"""HTTP connections. The head of a request must arrive in time. A server without keys accepts only connections from its own
-account."""
+"""HTTP connections. The head of a request must arrive in time. A server without keys accepts only connections from its own account
+and from the administrator."""
 
 from __future__ import annotations
 

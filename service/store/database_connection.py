@@ -75,7 +75,7 @@ def transaction(engine: Engine, writing: bool = False) -> Iterator[Connection]:
 
 
 def _ours(e: DBAPIError) -> bool:
-    """Whether the statement caused the error. Otherwise the database is unavailable."""
+    """Whether the statement caused the error. If not, the database is unavailable."""
     from sqlalchemy.exc import DataError, IntegrityError, ProgrammingError
 
     return isinstance(e, IntegrityError | DataError | ProgrammingError)

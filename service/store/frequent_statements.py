@@ -1,4 +1,4 @@
-"""The statements that the store executes for every job. SQLAlchemy computes the cache key of a statement object once, so that one
+"""The statements that the store executes for every job. SQLAlchemy computes the cache key of a statement object once. Therefore one
 object for all calls costs a third of a new object for each call."""
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""The store of jobs, events, keys, the audit log and webhooks. Every method is one transaction. If a method raises
-``Unreachable``, normally nothing was stored. If the connection broke during the commit, all changes may have been stored."""
+"""The store of jobs, events, keys, the audit log and webhooks. Every method is one transaction. If a method raises ``Unreachable``,
+nothing was stored, with one exception. If the connection broke during the commit, all changes may have been stored."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from trunnion.service.store.table_definitions import (
 T = TypeVar("T")
 DAY = 86_400.0
 CLAIM_SECONDS = 60.0
-"""Time for which a webhook is claimed, s. During this time, no other server sends it."""
+"""Time for which a server claims a webhook, s. During this time, no other server sends the webhook."""
 
 
 @dataclass(frozen=True)
@@ -71,10 +71,10 @@ class Store:
         self.engine.dispose()
 
     def now(self, c: Connection) -> float:
-        """The time by the clock of the database, which all servers share, in seconds since the epoch."""
+        """The time by the clock of the database, in seconds since the epoch. All servers share this clock."""
         if self.engine.dialect.name == "postgresql":
             return float(c.exec_driver_sql("SELECT extract(epoch FROM clock_timestamp())").scalar_one())
-        return time.time()  # SQLite uses the clock of the process
+        return time.time()  # the time functions of SQLite use the clock of this machine, as time.time() does
 
     def ping(self) -> None:
         """Query the database. Raises Unreachable when the database does not respond."""
@@ -92,9 +92,9 @@ class Store:
         self, owner: str, digest: str, scene: str, label: str, document: str, cases: int, budget: float, key: str | None = None,
         tags: Sequence[str] = (), notify: str = "", asked: int | None = None,
     ) -> tuple[Job, bool]:  # fmt: skip
-        """Store a new job. Returns the job, and whether it is new. If the idempotency ``key`` was used before with the same
-        ``digest``, the existing job is returned; Conflict if it was used with another digest. asked: number of cases known so far,
-        which is 0 for a new study, because its cases depend on results; None for any other job."""
+        """Store a new job. Returns the job, and whether the job is new. If the idempotency ``key`` was used before with the same
+        ``digest``, returns the existing job. Conflict if the key was used with another digest. asked: number of known cases of a
+        study, which is 0 for a new study. None for any other job."""
         values: dict[str, Any] = {
             "id": secrets.token_hex(12),
             "owner": owner,
@@ -142,7 +142,7 @@ class Store:
         cursor: str | None = None,
         limit: int = 50,
     ) -> tuple[list[Job], str | None]:
-        """A page of jobs, newest first, and the cursor of the next page, which is None on the last page. BadCursor for an invalid
+        """A page of jobs, newest first, and the cursor of the next page (None on the last page). BadCursor for an invalid
         cursor."""
         query = sql.JOBS.order_by(jobs.c.created.desc(), jobs.c.id.desc()).limit(limit + 1)
         for column, wanted in ((jobs.c.state, state), (jobs.c.scene, scene), (jobs.c.label, label)):
@@ -162,8 +162,8 @@ class Store:
         return found, _encoded(found[-1]) if more else None
 
     def cancel(self, job: str) -> Job | None:
-        """Request the cancellation of a job. A queued job without a valid lease is ``cancelled`` at once. Returns the job, None for
-        an unknown id."""
+        """Request the cancellation of a job. A queued job without a valid lease is ``cancelled`` at once. Returns the job, or None
+        for an unknown id."""
         with transaction(self.engine, writing=True) as c:
             now = self.now(c)
             idle = or_(jobs.c.lease_owner.is_(None), jobs.c.lease_until < now)
@@ -213,7 +213,7 @@ class Store:
             c.execute(insert(keys).values({n: getattr(key, n) for n in Key.__dataclass_fields__}))
 
     def key(self, key: str) -> Key | None:
-        """The key with this id, even if it is revoked, or None."""
+        """The key with this id, even a revoked key; None for an unknown id."""
         return next(iter(self._all(select(keys).where(keys.c.id == key), Key)), None)
 
     def all_keys(self) -> Sequence[Key]:
@@ -221,7 +221,7 @@ class Store:
         return self._all(select(keys).order_by(keys.c.created, keys.c.id), Key)
 
     def revoke(self, key: str) -> bool:
-        """Revoke a key. False when no active key has this id."""
+        """Revoke a key. Returns False when no active key has this id."""
         with transaction(self.engine, writing=True) as c:
             found = and_(keys.c.id == key, keys.c.revoked.is_(None))
             return bool(c.execute(update(keys).where(found).values(revoked=self.now(c))).rowcount)
@@ -296,7 +296,8 @@ class Store:
         return self._all(query.limit(most), Chunk)
 
     def adopt(self, chunk: Chunk, counts: Mapping[str, int], size: int) -> None:
-        """Store that the part of a chunk was examined. counts: number of cases by outcome, {} if unknown. size: size in bytes."""
+        """Store that the part of a chunk was examined. counts: number of cases by outcome, {} if unknown. size: size of the part in
+        bytes."""
         found = {"counts": json.dumps(counts), "bytes": size} if counts else {}
         here = and_(chunks.c.job == chunk.job, chunks.c.start == chunk.start)
         with transaction(self.engine, writing=True) as c:
@@ -319,8 +320,8 @@ class Store:
             return Webhook(row["id"], row["kind"], job["notify"], row["attempts"] + 1, record_of(Job, job))
 
     def record_delivery(self, hook: Webhook, result: str, delay: float | None) -> None:
-        """Store the result of an attempt. delay: time until the next attempt, s; None if the webhook was delivered (``result``
-        "told") or is given up."""
+        """Store the result of an attempt. delay: time until the next attempt, s. None without a next attempt: the webhook was
+        delivered (``result`` "told"), or the last attempt failed."""
         with transaction(self.engine, writing=True) as c:
             state = "waiting" if delay is not None else "told" if result == "told" else "given_up"
             values = {"state": state, "not_before": self.now(c) + (delay or 0.0)}

@@ -35,8 +35,8 @@ class LeaseLost(RuntimeError):
 @dataclass(frozen=True)
 class ChunkReport:
     """The report of a chunk. counts: number of cases by outcome. seconds, build_seconds: time of stepping and of building, s.
-    bytes: size of the part. reached: end of the finished cases, None if all are finished; the remaining cases must still run.
-    version: version that computed the rows, "" if unknown."""
+    bytes: size of the part. reached: number of the first unfinished case, None if all cases are finished. Cases from ``reached`` on
+    must still run. version: version that computed the rows, "" if unknown."""
 
     counts: dict[str, int]
     seconds: float
@@ -58,17 +58,18 @@ class FailedAttempt:
 
 class WorkStore(Store):
     """The store with leases of jobs. ``claim`` leases to a server all active jobs without a lease, and renews the server's leases.
-    A server must call ``claim`` again within ``lease`` seconds. A lease expires by the clock of the database. It also expires if
-    another server, by its own monotonic clock, sees no renewal for the lease's duration. Therefore no job is blocked if the clock
-    of the database is set back. A server that lost its lease gets LeaseLost and must drop the job. Its workers may still write,
-    because they write the same rows to the same files."""
+    A server must call ``claim`` again within ``lease`` seconds. A lease expires by the clock of the database. A lease also expires
+    if another server, by its own monotonic clock, sees no renewal for the lease's duration. Therefore no job is blocked if the
+    clock of the database is set back. A server that lost its lease gets LeaseLost and must drop the job. The server's workers may
+    still write, because all servers write the same rows to the same files."""
 
     def __init__(self, url: str):
         super().__init__(url)
         self.seen: dict[str, tuple[tuple[str, int], float]] = {}
 
     def claim(self, server: str, lease: float) -> list[Job]:
-        """Lease all free jobs to a server for ``lease`` seconds, and renew its leases. Returns all jobs that the server leases."""
+        """Lease all free jobs to a server for ``lease`` seconds, and renew the server's leases. Returns all jobs that the server
+        leases."""
         with transaction(self.engine, writing=True) as c:
             now = self.now(c)
             free = or_(jobs.c.lease_owner == server, jobs.c.lease_owner.is_(None), jobs.c.lease_until < now)
@@ -106,8 +107,8 @@ class WorkStore(Store):
                 c.execute(update(jobs).where(jobs.c.id == job).values(landed=now))
 
     def cut_chunks(self, server: str, job: str, sizes: Sequence[int], pause: float = 3000.0) -> list[Chunk]:
-        """Cut and store the next chunks to run, at most one for each element of ``sizes``, in one transaction. Retries that are due
-        come first, then new cases (at most ``sizes[k]`` in chunk k), then cases that took too long."""
+        """Cut and store the next chunks to run in one transaction. The number of chunks is at most the length of ``sizes``. Retries
+        that are due come first, then new cases (at most ``sizes[k]`` in chunk k), then cases that took too long."""
         with transaction(self.engine, writing=True) as c:
             row, now = self._locked_job(c, server, job), self.now(c)
             due = self._due(c, job, now, pause, len(sizes)) if row["planned"] else []
@@ -133,7 +134,7 @@ class WorkStore(Store):
 
     @staticmethod
     def _due(c: Connection, job: str, now: float, pause: float, most: int) -> list[Chunk]:
-        """The waiting chunks that are due; chunks with cases that overran come last. A chunk whose ``not_before`` is more than
+        """The waiting chunks that are due. Chunks whose cases took too long come last. A chunk whose ``not_before`` is more than
         ``pause`` seconds ahead is also due, because the clock must have been set back."""
         over = or_(chunks.c.not_before <= now, chunks.c.not_before > now + pause)
         last = case((chunks.c.error == OVERRAN, 1), else_=0)
@@ -141,7 +142,8 @@ class WorkStore(Store):
         return [record_of(Chunk, row) for row in c.execute(due.limit(most)).mappings()]
 
     def running(self, job: str) -> list[Chunk]:
-        """The chunks that are stored as running. After a restart of the server, they do not actually run."""
+        """The chunks that are stored as running. After a restart of the server, these chunks do not run, although they are stored
+        as running."""
         return self._all(sql.RUNNING_CHUNKS, Chunk, of_job=job)
 
     def ended(self, job: str, start: int, stop: int) -> list[Chunk]:
@@ -236,7 +238,7 @@ class WorkStore(Store):
     # -- outcomes of chunks -------------------------------------------------------------------------------------------------
 
     def _locked_job(self, c: Connection, server: str, job: str) -> Any:
-        """The row of a job, locked; LeaseLost when this server does not have the lease of the job."""
+        """The row of a job, locked for this transaction. LeaseLost when this server does not have the lease of the job."""
         row = c.execute(sql.LOCKED_JOB, {"of_job": job}).mappings().one()
         if row["lease_owner"] != server or row["state"] not in ACTIVE:
             raise LeaseLost(job)
@@ -351,8 +353,8 @@ class WorkStore(Store):
 
     def reopen_chunk(self, job: str, start: int, why: str) -> None:
         """Set a finished chunk with a damaged part back to waiting, and also chunks whose case counts are unknown. An ended job
-        then continues. In a job that was cancelled or used up its budget, the cases are lost, which is added to the job's
-        problems."""
+        then continues. In a job that was cancelled or used up its budget, the cases are lost. A problem of the job then names the
+        lost cases."""
         with transaction(self.engine, writing=True) as c:
             row = c.execute(sql.LOCKED_JOB, {"of_job": job}).mappings().one()
             done = and_(chunks.c.job == job, chunks.c.state == "done")
@@ -377,7 +379,7 @@ class WorkStore(Store):
             self._event(c, job, "part_spoiled", {"first_case": start, "why": why[:300], "computed_again": bool(goes_on)})
 
     def _recount_job(self, c: Connection, row: Any) -> None:
-        """Recompute the sums of a job from its finished chunks. The time of chunks that must run again no longer counts against the
+        """Recompute the sums of a job from its finished chunks. The time of chunks that must run again does not count against the
         budget."""
         query = select(chunks.c.start, chunks.c.stop, chunks.c.counts, chunks.c.bytes)
         there = c.execute(query.where(chunks.c.job == row["id"], chunks.c.state == "done")).all()

@@ -80,7 +80,7 @@ class Key:
 
 
 JSON_FIELDS = ("counts", "problems", "tags", "data")
-"""Fields that the tables hold as JSON text."""
+"""Fields of records that the database tables hold as JSON text."""
 
 
 def record_of(kind: type[T], row: Any) -> T:

@@ -1,9 +1,10 @@
 """The database tables. Times are seconds since the epoch; documents are JSON text.
 
 States of a job: queued → running → done | failed | cancelled, with cancelling before cancelled. A job is ``failed`` when chunks
-failed in all attempts (its other results are valid), or when its budget is used up. States of a chunk: running → done, or running →
-waiting → running … (up to the allowed number of attempts) → failed. A chunk that overran is cut at its first unfinished case and is
-done; its other cases wait as separate chunks. A server works on a job while it has the job's lease.
+failed in all attempts, or when its budget is used up. The stored results of a failed job are valid. States of a chunk: running →
+done, or running → waiting → running … (up to the allowed number of attempts) → failed. A chunk that took too long is cut at its
+first unfinished case and is done. The remaining cases wait as separate chunks. A server works on a job while it has the job's
+lease.
 
 Columns of a job. asked: number of known cases of a study, null for other jobs. pace: recent wall time of a case with all workers,
 s. landed: time at which the last rows arrived. beat: number of renewals of the lease. lease: duration of the lease, s. ends: digest

@@ -42,7 +42,7 @@ def test_figures_draw_a_band_about_each_curve_and_shade_where_nothing_is_promise
     assert band[:, 1].max() == pytest.approx((r[name] + r.certainty[name])[known].max())
     shaded = next(p for p in panel.patches if same_color(p.get_facecolor(), UNKNOWN))
     assert shaded.get_x() == pytest.approx(r.certainty.promise.until)
-    assert "no error is promised from t =" in figure(r).texts[1].get_text()
+    assert "no error is stated from t =" in figure(r).texts[1].get_text()
     whole = figure(simulate("spherical_pendulum", until=0.5, certify=True))
     assert not whole.axes[0].patches
     plain = figure(simulate("spherical_pendulum", until=0.5))

@@ -9,11 +9,11 @@ from trunnion.elements.joints import REGISTRY as JOINTS
 from trunnion.scene.data_classes.joints import Joint
 from trunnion.scene.data_classes.scene import Scene
 
-LOCKS = "self-locking: without friction the device runs back, with smoothed friction it creeps"
+LOCKS = "self-locking: without friction, the device runs back; with smoothed friction, the device creeps"
 CURVES = "springs or dampers given by curves: at sharp points, the errors of all methods are many times rtol; choose a smaller rtol"
 PASSAGE = "an attracting point: in a close passage, moreau and fixed steps have large errors"
-FIELDS = "a field: with fixed steps, or without its width, a step may miss a hill narrower than a hundredth of the path"
-JUMPS = "a load that jumps: with fixed steps, moreau lets parts slide on for a part of a step after the jump"
+FIELDS = "a field: with fixed steps, or if the field has no width, a step may miss a hill narrower than a hundredth of the path"
+JUMPS = "a load that jumps: with fixed steps, moreau lets parts continue to slide for a fraction of a step after the jump"
 
 
 def device_cautions(scene: Scene) -> list[str]:

@@ -57,7 +57,7 @@ class UnidentifiableGroup:
         remedy = "fix the value of one parameter, or measure a quantity that only one of them changes"
         if not self.confirmed:
             remedy += "; far from the estimate the data do bound these parameters, because their likelihood profiles are not flat"
-        return f"the data cannot tell {which} apart: {only}; {remedy}"
+        return f"the data cannot separate {which}: {only}; {remedy}"
 
     def _combination(self, exponents: Sequence[float]) -> str:
         if not self.product:

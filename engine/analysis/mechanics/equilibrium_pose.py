@@ -157,7 +157,7 @@ def find_rest(scene: sm.Scene) -> MechanismAtRest:
         still = MechanismAtRest(scene)
         if _size(still, fast) < SETTLED and still.settle():
             return still
-    raise SimulationError("no pose of rest: the mechanism moves on without end, even with dampers (is a support missing?)")
+    raise SimulationError("no pose of rest: the mechanism never stops, even with dampers (is a support missing?)")
 
 
 def _size(still: MechanismAtRest, rate: float) -> float:

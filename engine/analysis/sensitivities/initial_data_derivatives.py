@@ -256,7 +256,7 @@ def _structural_problem(line: ParameterLine) -> Problem:
             f"{line.name} changes the structure of the scene",
             "axes and orientations of bodies belong to the structure",
         )
-    what = f"{', '.join(zero)} is zero in the scene, and so part of its structure"
+    what = f"{', '.join(zero)} is zero in the scene, and therefore belongs to its structure"
     return Problem("parameters", what, f'add "{zero[0]}" to the scene\'s tunable list')
 
 

@@ -132,7 +132,9 @@ class SensitivityIntegrator:
         self.march.S[:] = made.S
         self.events.append(EventShift(step.t1, made.joint, made.shift))
         if not made.unique:
-            self.notes.append(f"t = {step.t1:.6g} s: contacts close at one instant that parameters would separate")
+            self.notes.append(
+                f"t = {step.t1:.6g} s: contacts close at one instant, but at different instants with changed parameters"
+            )
 
     def _only_stops_change(self, step: RecordedStep) -> bool:
         """Whether an event at the step's end belongs only to end stops and to contacts that open. The forces of both are

@@ -67,7 +67,9 @@ def make_study(
     problems = list(wrong)
     units, low, high = ranges(scene, wanted.bounds, problems, f"{wanted.kind}.bounds")
     for path in (p for p in wanted.bounds if p in OWN_TIME):
-        problems.append(Problem(f"{wanted.kind}.bounds.{path}", "it is a setting of the run", "vary numbers of the mechanism"))
+        problems.append(
+            Problem(f"{wanted.kind}.bounds.{path}", "this path is a setting of the run", "vary numbers of the mechanism")
+        )
     problems += _setting_problems(wanted)
     needed = _needed_results(wanted, problems)
     chosen = _read_kept(scene, [*needed, *keep], problems)

@@ -134,7 +134,7 @@ def _measure_ladder(study: WorkPrecision, ready: BenchmarkModel, ladder: list[Se
         last = out[-1]
         if last.minimum > limit and n < len(ladder) and (s.step or not study.request.rtols):
             where = f"{ready.variant}, {s.method}" if ready.variant.law else s.method
-            study.notes.append(f"{where}: nothing beyond {last.setting}, which takes {last.minimum:.2g} s")
+            study.notes.append(f"{where}: tighter settings than {last.setting}, which takes {last.minimum:.2g} s, were omitted")
             break
     return out
 

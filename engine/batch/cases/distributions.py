@@ -1,7 +1,8 @@
 """Distributions of numbers in a sample: uniform between two bounds, or named distributions such as ``normal(0.3, 0.05)``, with
 units.
 
-Each distribution is an inverse distribution function of uniform numbers in (0, 1), so that all sampling methods can use it.
+Each distribution is given by its inverse distribution function. The function takes uniform numbers in (0, 1), so that all sampling
+methods can use it.
 """
 
 from __future__ import annotations
@@ -105,7 +106,8 @@ HINT = f"two ends such as [0.1, 0.6], or one of {FORMS}"
 def spread_of(given: Any, number: Callable[[Any], float], complain: Callable[[str, str], None]) -> Inverse | None:
     """The inverse distribution function for two bounds or for a text such as "normal(0.3, 0.05)"; None after a mistake.
 
-    number: reads one number; it reports a mistake and then returns NaN. complain: reports any other mistake.
+    number: function that reads one number. After a mistake, this function reports the mistake and returns NaN. complain: function
+    that reports any other mistake.
     """
     name, numbers = "uniform", given
     if isinstance(given, str):

@@ -68,8 +68,8 @@ def grid(scene: Scene, vary: Mapping[str, Any], where: str = "vary") -> Cases:
 
 
 def listed(scene: Scene, cases: Sequence[Mapping[str, Any]], where: str = "cases") -> Cases:
-    """The given cases, each {path: value}. All cases must have the same paths. A single case may be empty: it is the unchanged
-    scene. SceneError lists every mistake."""
+    """The given cases, each {path: value}. All cases must have the same paths. A single case may be empty. An empty case is the
+    unchanged scene. SceneError lists every mistake."""
     if list(cases) == [{}]:
         return Cases((), (), 1, lambda start, stop: np.zeros((stop - start, 0)))
     problems: list[Problem] = []
@@ -121,7 +121,8 @@ def sampled(
 def ranges(
     scene: Scene, given: Mapping[str, Any], problems: list[Problem], where: str = "bounds"
 ) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
-    """(units, low (m), high (m)) of the ranges {path: (low, high)}, SI units. Mistakes are appended to ``problems``."""
+    """(units, low, high) of the m ranges {path: (low, high)}. ``low`` and ``high`` have m numbers in SI units. Mistakes are
+    appended to ``problems``."""
     units, ends = [], []
     for path, pair in given.items():
         reader = Reader(scene, path, f"{where}.{path}", problems)
@@ -140,7 +141,7 @@ def ranges(
 
 
 def _end(problems: list[Problem], paths: Any, where: str, untold: int = 0) -> None:
-    """Raise SceneError if there are problems. untold: number of problems that ``problems`` does not list."""
+    """Raise SceneError if there are problems. untold: number of further problems, which ``problems`` does not list."""
     if not paths and not problems:
         problems.append(Problem(where, "nothing varies", "name at least one path, such as joints.ball.friction.mu"))
     if problems:
@@ -153,7 +154,7 @@ def _ends(values: Iterable[np.ndarray]) -> np.ndarray:
 
 
 def _axis(reader: Reader, given: Any) -> np.ndarray:
-    """The values of one path of a grid, SI."""
+    """The values of one path of a grid, in SI units."""
     if isinstance(given, str) and ":" in given:
         return _span(reader, given)
     if isinstance(given, str):
@@ -172,7 +173,7 @@ def _axis(reader: Reader, given: Any) -> np.ndarray:
 
 
 def _span(reader: Reader, text: str) -> np.ndarray:
-    """The values of ``first:last:count``, SI."""
+    """The values that a text ``first:last:count`` names, in SI units."""
     parts = [p.strip() for p in text.split(":")]
     if len(parts) != 3 or not parts[2].isascii() or not parts[2].isdigit():
         reader.complain(f"{text!r} is not first:last:count", 'such as "0.1:0.6:26" or "0 deg:90 deg:91"')

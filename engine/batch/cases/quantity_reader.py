@@ -23,7 +23,7 @@ MOST_REPORTED = 5
 class Reader:
     """Converts values of one path to SI numbers. The first mistakes are appended to ``problems``.
 
-    The unit of the path is determined only once, because this needs a scene, and there may be a million values.
+    The unit of the path is determined only once. This step needs a scene, and there may be a million values.
     """
 
     def __init__(self, scene: Scene, path: str, where: str, problems: list[Problem]):
@@ -44,13 +44,13 @@ class Reader:
             self.problems.append(Problem(self.where, what, hint))
 
     def _complain_once(self, what: str, hint: str) -> None:
-        """Report a mistake that all values of the path share, but only once."""
+        """Report a mistake that all values of the path share. Only the first call reports the mistake."""
         if Problem(self.where, what, hint) not in self.problems:
             self.complain(what, hint)
 
     def number(self, value: Any) -> float:
-        """SI value of one entry. A number without a unit is in SI units. A value that the scene rejects is not reported here;
-        instead, its case fails."""
+        """SI value of one entry. A number without a unit is in SI units. This function does not report a value that the scene
+        rejects. The case with this value fails later."""
         value = _plain(value)
         if isinstance(value, bool) or not isinstance(value, float | str):
             self.complain(f"{shown(value)} is not a number")
@@ -74,8 +74,8 @@ class Reader:
         return float(value)
 
     def _first(self, value: float | str) -> float:
-        """SI value of the first value at a path where the scene gives no number. The scene is built with this value, which
-        determines the path's unit."""
+        """SI value of the first value at a path where the scene gives no number. To find the unit of the path, the scene is built
+        with this value."""
         try:
             found = number_at(apply(self.scene, {self.path: value}), self.path)
         except SceneError as e:
@@ -108,7 +108,7 @@ def number_at(scene: Scene, path: str) -> tuple[float, str] | None:
     node: Any = scene
     for i, key in enumerate(place or ()):
         if isinstance(node, float) and place is not None and place[i:] == (0,):
-            place = place[:i]  # q[1] means q if the scene gives q as a single number instead of a list
+            place = place[:i]  # if the scene gives q as a single number and not as a list, q[1] means q
             break
         node = _part(node, key)
     return (float(node), unit_of(scene, place)) if place and isinstance(node, float) else None

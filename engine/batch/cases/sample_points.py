@@ -1,8 +1,8 @@
 """Numbers in [0, 1) for samples, with a row for each case and a column for each varied number.
 
 Samples are random, Latin, Sobol, or crossed pairs of Sobol samples (Saltelli) for Sobol indices. PCG64 and integer arithmetic
-compute all samples from the seed, so they are the same on every machine. The direction numbers of Sobol points are those of SciPy.
-For each column, a random triangular bit matrix and a random shift scramble the points (Matoušek 1998).
+compute all samples from the seed. Therefore the samples are the same on every machine. The direction numbers of Sobol points are
+those of SciPy. For each column, a random triangular bit matrix and a random shift scramble the points (Matoušek 1998).
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ REPLICATES = 16
 intervals follow from the differences between the results of the replicates."""
 BITS = 30
 LARGE = 4_000_000
-"""A sample with more cases than this is never held in memory as a whole. The strips of a Latin sample then follow from a
+"""A sample with more cases than this is never held in memory as a whole. The strips of such a Latin sample follow from a
 permutation that is computed case by case."""
 TOGETHER = 10
-"""Points whose index has at most this number of bits are cached."""
+"""Points whose index has at most this number of bits are stored in a table."""
 
 
 def width(method: str, paths: int) -> int:
@@ -33,7 +33,7 @@ def width(method: str, paths: int) -> int:
 
 
 def latin(count: int, axes: int, seed: int, strips: bool = True) -> np.ndarray:
-    """A sample (count × axes) with one case in each of ``count`` strips of every axis. Without strips, the cases are
+    """A Latin sample (count × axes), with one case in each of ``count`` strips of every axis. Without ``strips``, the cases are
     independent."""
     out = np.empty((count, axes))
     for k in range(axes):
@@ -45,10 +45,11 @@ def latin(count: int, axes: int, seed: int, strips: bool = True) -> np.ndarray:
 
 
 def strips(count: int, seed: int, axis: int, cases: np.ndarray) -> np.ndarray:
-    """Strips of these cases (n) in a large Latin sample, from a permutation of ``count`` numbers without a table.
+    """The strips of the cases (n) in a large Latin sample. The strips are a permutation of ``count`` numbers, computed without a
+    table.
 
-    The permutation is a Feistel network of six rounds over the next power of four. It is applied repeatedly until its value is
-    below ``count``.
+    The permutation is a Feistel network of six rounds over the next power of four. The network is applied repeatedly until its
+    value is below ``count``.
     """
     half = np.uint64(max(1, ((count - 1).bit_length() + 1) // 2))
     mask = (np.uint64(1) << half) - np.uint64(1)
@@ -65,7 +66,8 @@ def strips(count: int, seed: int, axis: int, cases: np.ndarray) -> np.ndarray:
 
 
 def mixed(x: np.ndarray) -> np.ndarray:
-    """The finaliser of SplitMix64 (Steele, Lea, Flood 2014): each of the 64 bits of the result depends on all bits of x."""
+    """A hash of 64-bit integers: the finaliser of SplitMix64 (Steele, Lea, Flood 2014). Each bit of the result depends on all bits
+    of x."""
     x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return x ^ (x >> np.uint64(31))
@@ -85,8 +87,8 @@ def _replicate(bits: np.ndarray, seed: int, start: int, replicate: int) -> np.nd
 def _bits(axes: int, start: int, stop: int) -> np.ndarray:
     """Sobol points from start to stop − 1 as integers of BITS bits (n × axes). ValueError beyond the last point.
 
-    Point n is the exclusive or of the direction numbers that the bits of n's Gray code select. Point n is therefore the exclusive
-    or of two other points: one has the high bits of n as index, the other the low bits.
+    Point n is the exclusive or of the direction numbers that the bits of n's Gray code select. Therefore point n is also the
+    exclusive or of two other points. The index of the first has the high bits of n. The index of the second has the low bits.
     """
     if stop > 1 << BITS:
         raise ValueError(f"Sobol's sequence has 2^{BITS} points here")
@@ -97,7 +99,7 @@ def _bits(axes: int, start: int, stop: int) -> np.ndarray:
 
 
 def _summed(directions: np.ndarray, numbers: np.ndarray) -> np.ndarray:
-    """Sobol points with the indices ``numbers`` (n), from direction numbers (axes × bits)."""
+    """The Sobol points with the indices ``numbers`` (n), computed from direction numbers (axes × bits)."""
     gray = (numbers ^ (numbers >> 1)).astype(np.uint64)
     out = np.zeros((len(numbers), len(directions)), np.uint64)
     for j, direction in enumerate(directions.T):
@@ -126,31 +128,31 @@ def directions_from_points(sequence: Any, bits: int) -> np.ndarray:
     for k in range(bits):
         sequence.fast_forward((2 << k) - 1 - sequence.num_generated)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # SciPy's warning: the number of points is not a power of 2
+            warnings.simplefilter("ignore", UserWarning)  # SciPy would warn that the number of points is not a power of 2
             out.append(np.rint(sequence.random(1)[0] * (1 << bits)))
     return np.column_stack(out).astype(np.uint64)
 
 
 def _scrambled(bits: np.ndarray, generator: np.random.Generator, start: int) -> np.ndarray:
-    """Scramble integers of BITS bits (n) to numbers in (0, 1), by a random lower triangular bit matrix, a random shift and random
-    lower digits.
+    """Scramble integers of BITS bits (n) to numbers in (0, 1). The scramble consists of a random lower triangular bit matrix, a
+    random shift and random lower digits.
 
     start: index of the first point.
     """
     drawn = generator.integers(0, 1 << BITS, BITS, np.uint64)
     out = np.full(len(bits), generator.integers(0, 1 << BITS, dtype=np.uint64))
-    for j in range(BITS):  # the bit of weight 2^(BITS - 1 - j) changes only itself and lower bits
+    for j in range(BITS):  # the bit of weight 2^(BITS - 1 - j) affects only this bit and lower bits
         at = np.uint64(BITS - 1 - j)
         column = (drawn[j] & ((np.uint64(1) << at) - np.uint64(1))) | (np.uint64(1) << at)
         out ^= ((bits >> at) & np.uint64(1)) * column
-    generator.bit_generator.advance(start)  # type: ignore[attr-defined]  # skip one draw for each earlier number
+    generator.bit_generator.advance(start)  # type: ignore[attr-defined]  # skip the draws of earlier numbers
     return (out + generator.random(len(bits))) / (1 << BITS)
 
 
 def points(count: int, axes: int, seed: int, method: str, start: int, stop: int) -> np.ndarray:
     """Numbers in [0, 1) of cases start … stop − 1 (n × axes). count: number of points of the sample, with ``width`` cases each.
 
-    If the sample has more than LARGE cases, only these rows are computed.
+    If the sample has more than LARGE cases, only the requested rows are computed.
     """
     if count * width(method, axes) <= LARGE:
         return _whole(count, axes, seed, method)[start:stop]
@@ -168,7 +170,7 @@ def _whole(count: int, axes: int, seed: int, method: str) -> np.ndarray:
 
 
 def _large(count: int, axes: int, seed: int, method: str, start: int, stop: int) -> np.ndarray:
-    """Rows of a large Latin or random sample. Random rows equal the same rows of the whole sample."""
+    """Some rows of a large Latin or random sample. Random rows are equal to those rows of the whole sample."""
     out = np.empty((stop - start, axes))
     for k in range(axes):
         generator = np.random.Generator(np.random.PCG64([seed, k]))
@@ -179,8 +181,8 @@ def _large(count: int, axes: int, seed: int, method: str, start: int, stop: int)
 
 
 def _crossed(count: int, axes: int, seed: int, start: int, stop: int) -> np.ndarray:
-    """Rows start … stop − 1 of a crossed sample of the samples A and B. The rows of each point are: A; A with one number from B,
-    for each number; B with one number from A, for each number; B.
+    """Rows start … stop − 1 of a crossed sample of the samples A and B. The rows of a point are, in this order: A; A with one
+    number from B, for each number; B with one number from A, for each number; B.
 
     Point k belongs to replicate k mod REPLICATES.
     """

@@ -23,11 +23,12 @@ from trunnion.simulation.settings.run_settings import Run
 CAPACITY = 256
 """Number of rows in the buffer. When the buffer is full, C updates the reductions from the rows and empties the buffer."""
 STORED_BUFFERS = 8
-"""Capacity for stored rows, in multiples of CAPACITY. Python takes the rows at the latest when this memory is full."""
+"""Capacity for stored rows, in multiples of CAPACITY. When this memory is full, Python must take the rows."""
 
 
 class CaseBlocks:
-    """The batch record, the blocks and the buffers with which C runs cases of one structure. They serve one thread at a time."""
+    """The batch record, the memory blocks and the buffers with which C runs cases of one structure. Only one thread at a time may
+    use an instance."""
 
     def __init__(self, rows: Rows, chosen: Sequence[Reduction], run: Run, kernel: str, series: Series | None = None):
         self.lib = library()
@@ -65,7 +66,7 @@ class CaseBlocks:
         return ctypes.addressof(self.memory[-1])  # type: ignore[arg-type]
 
     def _variant(self, made: Kernel) -> None:
-        """Add the blocks of a kernel, which is the plain kernel or its redundant variant."""
+        """Add the blocks of a kernel. The kernel is the plain kernel of the scene or its variant for redundant loops."""
         s = made.sizes
         events = 64 + 4 * (s["nsliders"] + s["nstops"]) + 2 * self.step_events * (1 + s["nsliders"] + s["nstops"])
         numbers, table = self.model.built.numbers, self.model.built.parameters
@@ -81,7 +82,7 @@ class CaseBlocks:
         self._variant(made)
 
     def _jacobian(self) -> None:
-        """Attach the Jacobian unit to the present variant, and allocate a block with room for the unit."""
+        """Attach the compiled Jacobian to the present variant of the kernel, and allocate a block with room for the Jacobian."""
         block, v = self.blocks[self.batch.which], self.batch.variant[self.batch.which]
         started = time.perf_counter()
         v.j = block.kernel.jacobian()

@@ -31,7 +31,7 @@ from trunnion.simulation.settings.run_settings import Run
 
 @dataclass(frozen=True)
 class Reduced:
-    """Results of cases: of all cases, or only of the finished cases if the caller's tick returned False.
+    """Results of all cases or, if the caller's ``tick`` returned False, of the finished cases.
 
     Attributes:
         index: indices of the n cases.
@@ -55,20 +55,20 @@ class Reduced:
 
 
 def join_results(a: Reduced, b: Reduced, seconds: float) -> Reduced:
-    """The joined results of two sets of cases without stored rows."""
+    """The results of two sets of cases, joined. The sets have no stored rows."""
     both = [np.concatenate([x, y]) for x, y in ((a.index, b.index), (a.numbers, b.numbers), (a.steps, b.steps))]
     return Reduced(both[0], both[1], [*a.outcomes, *b.outcomes], [*a.audits, *b.audits], both[2], seconds)
 
 
 class Loop(CaseBlocks):
-    """Runs cases of one structure in C. A loop is used for many chunks, but only by one thread at a time."""
+    """Runs cases of one structure in C. A loop serves many chunks. Only one thread at a time may use a loop."""
 
     def __init__(self, rows: Rows, chosen: Sequence[Reduction], run: Run, kernel: str, series: Series | None = None):
         super().__init__(rows, chosen, run, kernel, series)
         self.together = lane_batch_of(self) if kernel == "lanes" and series is None else None
 
     def run(self, rows: Rows, tick: Tick | None = None) -> Reduced:
-        """Run the cases. If ``tick`` returns False, only finished cases are returned."""
+        """Run the cases. If ``tick`` returns False, the result holds only the finished cases."""
         if not self.together:
             return self._alone(rows, tick)
         out = self._begin(rows, tick)
@@ -106,7 +106,7 @@ class Loop(CaseBlocks):
         return self._reduced(rows.index[:n], out[:n], failed, kept)
 
     def _reduced(self, index: np.ndarray, out: np.ndarray, failed: dict[int, Outcome], kept: np.ndarray | None) -> Reduced:
-        """The results of cases from C's records. failed: {index in ``out``: outcome} of failed cases."""
+        """The results of cases, read from C's records. failed: {index in ``out``: outcome} of failed cases."""
         outcomes, audits = ends_of(out["case"], failed, [j.name for j in self.model.system.frictional])
         return Reduced(index, self._numbers(out), outcomes, audits, out["case"]["steps"].astype(np.int64), self.seconds, kept)
 
@@ -119,8 +119,8 @@ class Loop(CaseBlocks):
             self.batch.kept_rows = 0
 
     def _through(self, out: np.ndarray, tick: Tick | None, failed: dict[int, Outcome]) -> int:
-        """Run C until all cases are finished or ``tick`` returns False. Returns the number of finished cases and fills
-        ``failed``."""
+        """Call the C loop until all cases are finished or ``tick`` returns False. Adds the outcomes of failed cases to ``failed``.
+        Returns the number of finished cases."""
         b = self.batch
         while True:
             began, used = time.perf_counter(), time.thread_time()
@@ -145,31 +145,31 @@ class Loop(CaseBlocks):
                     failed[b.at] = lacking
             elif status == bl.NEED_REDUNDANT:
                 self._redundant()
-                self.watch.case = -1  # restart the time limit: build time does not count
+                self.watch.case = -1  # restart the time limit, because build time does not count
             elif status == bl.NEED_JACOBIAN:
                 self._jacobian()
                 self.watch.case = -1
             else:
                 self.budget = int(min(max(self.budget * min(2.0, max(0.5, CALL_SECONDS / max(spent, 1e-6))), 50), 1_000_000))
             if tick is not None and not tick(b.at):
-                return int(b.at + b.reported)  # a case that failed is finished, too
+                return int(b.at + b.reported)  # a failed case counts as finished
 
     def _outcome(self, case: np.void) -> Outcome:
-        """The diagnosis of the case that just failed, from the state in its block."""
+        """The diagnosis of the case that has just failed, from the state in the block of the case."""
         model = self._case_model()
         if int(case["status"]) == bl.Status.FAIL_CLOSURE and case["rows"] == 0.0 and model.block.time == 0.0:
             return open_loop(model, int(case["detail"]))
         return diagnose(model, int(case["status"]))
 
     def _case_model(self) -> Model:
-        """The model with the block of the present case."""
+        """The model, with the memory block of the present case."""
         model = copy(self.model)
         model.block = self.blocks[self.batch.which].copied_to(self.batch.now)
         model.kernel = model.block.kernel
         return model
 
     def _numbers(self, out: np.ndarray) -> np.ndarray:
-        """The reductions (cases × reductions); NaN for a missing value."""
+        """The reductions (cases × reductions). A missing value is NaN."""
         places = {"time": 0} | {c.name: i + 1 for i, c in enumerate(self.model.columns)}
         columns = [np.zeros((len(out), 0))]
         for r in self.chosen:

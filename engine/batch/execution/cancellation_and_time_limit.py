@@ -11,26 +11,26 @@ from trunnion.simulation.runtime_interface.cancellation import HOST
 CALL_SECONDS = 0.02
 """Target duration of a call into C, s. Progress, cancellation and Ctrl-C must be served within 50 ms."""
 Tick = Callable[[int], bool]
-"""tick(number of finished cases) returns whether to continue."""
+"""A function that receives the number of finished cases and returns whether to continue."""
 
 
 class Watch:
-    """Ends a batch if its tick returns False, and a case at its time limit. C calls ``host`` every few milliseconds.
-    cpu_limit: largest processor time of a case, s; None means no limit."""
+    """Ends a batch if the caller's ``tick`` returns False, and ends a case at its time limit. C calls ``host`` every few
+    milliseconds. cpu_limit: largest processor time of a case, s; None means no limit."""
 
     def __init__(self, cpu_limit: float | None) -> None:
         self.host, self.cpu_limit = HOST(self._gives_up), cpu_limit or inf
         self.begin(None, lambda: 0)
 
     def begin(self, tick: Tick | None, at: Callable[[], int]) -> None:
-        """Watch a new batch. tick: receives the number of finished cases; at: returns this number, which is also the index of the
-        present case."""
+        """Watch a new batch. tick: function that receives the number of finished cases. at: function that returns this number,
+        which is also the index of the present case."""
         self.tick, self.at, self.asked = tick, at, time.perf_counter()
         self.case, self.since = -1, 0.0
         self.raised: BaseException | None = None
 
     def is_over_limit(self) -> bool:
-        """Whether the present case has exceeded its time limit. The time begins with the first call of this function for the
+        """Whether the present case has exceeded its time limit. The first call of this function for a case starts the time of the
         case."""
         now = time.thread_time()
         if self.at() != self.case:
@@ -49,6 +49,6 @@ class Watch:
             return 1
 
     def pass_on(self) -> None:
-        """Raise the exception of the tick, if there is one."""
+        """Raise the exception that ``tick`` raised in a call from C, if any."""
         if self.raised is not None:
             raise self.raised

@@ -1,4 +1,4 @@
-"""Results of a chunk's cases, collected from the loops that ran them."""
+"""Collects the results of a chunk's cases from the loops that ran the cases."""
 
 from __future__ import annotations
 

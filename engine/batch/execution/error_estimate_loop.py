@@ -35,8 +35,8 @@ WHY = tuple(REASONS)
 
 
 class ErrorEstimateLoop:
-    """Runs cases of one structure twice. It has the interface of ``Loop``; its reductions are the values from the first run, and
-    the errors of these values."""
+    """Runs each case of one structure twice. The class has the interface of ``Loop``. Its reductions are the values from the first
+    run, and the errors of these values."""
 
     def __init__(self, rows: Rows, chosen: Sequence[Reduction], run: Run, kernel: str, series: Series | None = None):
         self.chosen = tuple(chosen)
@@ -91,14 +91,14 @@ class ErrorEstimateLoop:
     def _numbers(
         self, a: np.ndarray, b: np.ndarray, rtol: np.ndarray, larger: np.ndarray, alike: np.ndarray, begun: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """(reductions (cases × reductions), reason of each case without an error estimate), from the values a and b of both runs
-        (cases × wanted).
+        """(reductions (cases × reductions), reasons why cases have no error estimate (cases)). a, b (cases × wanted): the values of
+        both runs.
 
         rtol (cases): tolerance of the first run; larger (cases): factor on the difference of the runs that accounts for the second
         run's own error;
         alike (cases): whether both runs have the same outcome; begun (cases): whether the first run made a step.
         """
-        with np.errstate(invalid="ignore"):  # both values are infinite if there is no event or margin
+        with np.errstate(invalid="ignore"):  # without an event or margin, both values are infinite
             off = np.abs(a - b)
         for (_, column), i in self.at.items():
             if column in self.wraps:
@@ -120,18 +120,18 @@ class ErrorEstimateLoop:
         return (np.array(out).T if out else np.zeros((len(a), 0))), why
 
     def _why(self, a: np.ndarray, b: np.ndarray, states: np.ndarray, alike: np.ndarray, begun: np.ndarray) -> np.ndarray:
-        """For each case, the reason why it has no error estimate, as an index of WHY. The index is 0 if both runs make the same
-        clear decisions and their errors are small. If several reasons apply, the one that stands last in ``found`` is given: it
+        """The reason why a case has no error estimate, as an index of WHY, for each case. The index is 0 if both runs make the same
+        clear decisions and their errors are small. If several reasons apply, the last of them in ``found`` is given. This reason
         usually occurs earliest in a run and causes the others.
         """
         counts = [i for (k, what), i in self.at.items() if k == "count" and event_kind(what) not in ("any", *REPORTED)]
         margin, marginal = (self.at[k, ""] for k in OF_DECISIONS)
         near = [(alike & (x[:, margin] < rules.DECIDED * states)) | (x[:, marginal] > 0.0) for x in (a, b)]
         other = alike & (a[:, counts] != b[:, counts]).any(axis=1)
-        of_one = other & ~(near[0] & near[1])  # only one of the runs has the event with the narrow decision
+        of_one = other & ~(near[0] & near[1])  # only one of the two runs has the event
         found = {
             "growth": ~(states <= rules.LINEAR),
-            "outcome": ~alike,  # different end times: states and events are not comparable
+            "outcome": ~alike,  # with different end times, states and events are not comparable
             "events": other,
             "marginal": (near[0] | (b[:, marginal] > 0.0)) & ~of_one,
             "start": ~begun,

@@ -17,7 +17,7 @@ from trunnion.simulation.runtime_interface import simulation_block as bl
 
 
 class LaneBatch:
-    """The cases of a loop that step together. Each case has its own block and buffers."""
+    """The cases of a loop that step together in SIMD lanes. Each case has its own memory block and buffers."""
 
     def __init__(self, loop: CaseBlocks):
         self.loop, self.lib = loop, loop.lib
@@ -36,7 +36,7 @@ class LaneBatch:
     def run(self, n: int, tick: Tick | None) -> tuple[np.ndarray, bool]:
         """Run the n cases of the loop's batch. Returns (``Ended`` of each case (n), whether the tick returned False).
 
-        All exceptions of the tick except Unwanted are passed on.
+        Raises all exceptions of the tick, except Unwanted.
         """
         ended = np.zeros(n, np.intc)
         for b in self.batches:
@@ -80,8 +80,8 @@ class LaneBatch:
                 self.lib.tr_ensemble_drop(ctypes.addressof(self.all), going[case])
 
     def _jacobian(self) -> None:
-        """Attach the Jacobian unit to all cases, and allocate blocks with room for the unit. Then resume the cases that wait for
-        it."""
+        """Attach the compiled Jacobian to all cases, and allocate blocks with room for the Jacobian. Then resume the cases that
+        wait for the Jacobian."""
         v = self.loop.batch.variant[0]
         if not v.full:
             self.loop.batch.which = 0
@@ -93,7 +93,8 @@ class LaneBatch:
 
 
 def lane_batch_of(loop: CaseBlocks) -> LaneBatch | None:
-    """The lane batch of a loop. None if rows are stored, if steps are bounded, or if the scene does not support lanes."""
+    """The lane batch of a loop. None if rows are stored, if the scene has real-time steps, or if the scene does not support
+    lanes."""
     if loop.series is not None or loop.step_events or not lanes_fit(loop.model.kernel):
         return None
     return LaneBatch(loop)

@@ -1,11 +1,11 @@
-"""Computes the parameters of many cases. They are bit-identical to those of a scene built for each case, at a fraction of the
-cost.
+"""Computes the parameters of many cases. The results are bit-identical to the parameters of a scene built for each case, at a
+fraction of the cost.
 
 The varied paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. For many groups,
-``parameters_without_scene_builds`` writes the entries of the rows directly. The value is an entry of the table of parameters
-(friction, springs, dampers, drives, …), or entries are copies of the value, or a formula gives the entries. For any other group, a
-scene is built once for each distinct value, and its changed entries are copied to the rows. If groups share an entry, a scene is
-built for every case. A scene is also built for each case with another structure.
+``parameters_without_scene_builds`` writes the entries of the rows directly. This is possible in three cases: the value is an entry
+of the table of parameters (friction, springs, dampers, drives, …), entries are copies of the value, or a formula gives the entries.
+For any other group, a scene is built once for each distinct value, and its changed entries are copied to the rows. If groups share
+an entry, a scene is built for every case. A scene is also built for each case with another structure.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ from trunnion.system.construction.system_builder import Built
 from trunnion.system.signals.signal_tables import ExternalInput, SignalCurve
 
 MANY = 8
-"""A group's entries are written directly (without building scenes) after the group has had more new values than this."""
+"""After a group has had more new values than this, its entries are written directly, without building scenes."""
 MOST_CACHED = 20_000
-"""Largest number of built values in the cache of a group. Each value takes a few hundred bytes."""
+"""Largest number of built scenes in the cache of a group. Each scene takes a few hundred bytes."""
 
 
 @dataclass(frozen=True)
@@ -80,8 +80,8 @@ class _Entry:
 
 
 class Preparer:
-    """Converts values (cases × paths) to rows for the C loop. It caches built scenes. Threads take turns. ends: bounds of the
-    values (2 × paths), if they are known. start: the result of ``build_with_starts``, if it is known."""
+    """Converts values (cases × paths) to rows for the C loop. The preparer caches built scenes. Several threads may use a preparer
+    in turn. ends: bounds of the values (2 × paths), if known. start: the result of ``build_with_starts``, if known."""
 
     def __init__(
         self, scene: Scene, paths: Sequence[str], run: Run, ends: np.ndarray | None = None, start: Built | None = None
@@ -99,7 +99,7 @@ class Preparer:
         self.kept: list[dict[bytes, _Entry | SceneError]] = [{} for _ in self.groups]
         self.met = [0] * len(self.groups)
         named = [tuple(self.paths[i] for i in group) for group in self.groups]
-        if ends is None or any(self.followers.names):  # bounds of a parameter do not bound the numbers that depend on it
+        if ends is None or any(self.followers.names):  # bounds are known for the varied numbers only
             ends = np.full((2, len(self.paths)), np.nan)
         self.placing = [
             Placing(self.start, self.base, self.mass, p, partial(self._entry, g), ends[:, self.groups[g]])
@@ -114,7 +114,7 @@ class Preparer:
             return self._rows_and_errors(values)
 
     def _rows_and_errors(self, values: np.ndarray) -> tuple[list[Rows], dict[int, SceneError]]:
-        """The result of ``rows``."""
+        """The result of ``rows``, computed while this thread holds the lock."""
         values, wrong = self.followers.values(values)
         kept = np.array([i for i in range(len(values)) if i not in wrong], int)
         if not wrong:
@@ -140,8 +140,8 @@ class Preparer:
 
 
     def _group(self, g: int, values: np.ndarray, flat: np.ndarray, alone: np.ndarray, touched: np.ndarray, wrong: dict) -> None:
-        """Write the numbers of one group into ``flat`` (cases × numbers). Mark in ``alone`` (cases) the cases that need a scene of
-        their own, and count in ``touched`` the groups that write each number."""
+        """Write the numbers of one group into ``flat`` (cases × numbers). Mark in ``alone`` (cases) the cases that need a separate
+        scene. Count in ``touched`` the groups that write each number."""
         distinct, inverse = np.unique(values, axis=0, return_inverse=True)
         inverse = inverse.reshape(-1)
         new = sum(v.tobytes() not in self.kept[g] for v in distinct)
@@ -162,7 +162,8 @@ class Preparer:
         alone |= ~good[inverse]
 
     def _built(self, g: int, values: np.ndarray) -> _Entry | SceneError:
-        """The scene built with the values of one group, cached; a SceneError if the scene rejects the values."""
+        """The scene built with the values of one group, from a cache. If the scene rejects the values, the result is the
+        SceneError."""
         key = values.tobytes()
         kept = self.kept[g]
         if key not in kept:
@@ -172,7 +173,8 @@ class Preparer:
         return kept[key]
 
     def _entry(self, g: int, values: np.ndarray) -> np.ndarray | None:
-        """The flat numbers of the scene built with the values of one group; None for rejected values or another structure."""
+        """The flat numbers of the scene built with the values of one group. None if the scene rejects the values or has another
+        structure."""
         entry = self._built(g, values)
         return entry.flat if isinstance(entry, _Entry) and entry.built is None else None
 
@@ -210,7 +212,7 @@ class Preparer:
 
 
     def _singly(self, index: np.ndarray, values: np.ndarray, wrong: dict[int, SceneError]) -> list[Rows]:
-        """Rows of cases that are built one by one; errors of invalid cases are added to ``wrong``."""
+        """The rows of cases whose scenes are built one by one. Errors of invalid cases are added to ``wrong``."""
         same: list[tuple[int, np.ndarray]] = []
         out = []
         for i in index:
@@ -243,7 +245,7 @@ def owner(path: str) -> tuple[str, ...]:
 
 
 def _rows(built: Built, index: np.ndarray, flat: np.ndarray) -> Rows:
-    """Rows from flat numbers (n × numbers). The rate scale is computed from gravity, length and start rates as in
+    """The rows for flat numbers (n × numbers). The rate scale follows from gravity, length and start rates, as in
     ``system.construction.start_values_and_scales``."""
     n, s = built.numbers, built.system
     ends = np.cumsum([len(built.parameters.values), s.nq + s.nv, len(n.inputs)])

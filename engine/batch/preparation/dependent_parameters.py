@@ -1,4 +1,4 @@
-"""Converts cases with varied scene parameters to cases with the numbers that depend on these parameters."""
+"""For cases with varied scene parameters, computes the numbers that depend on these parameters."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from trunnion.scene.expressions.parameter_dependence import DependentNumbers, pa
 
 class DependentParameters:
     """Converts values of varied paths to values of ``self.paths``: the varied numbers of the scene, then the numbers that depend
-    on varied parameters. A number that is itself varied no longer depends on the scene's parameters."""
+    on varied parameters. A number that is varied directly does not depend on the scene's parameters."""
 
     def __init__(self, scene: Scene, paths: Sequence[str]):
         self.following = DependentNumbers(scene)

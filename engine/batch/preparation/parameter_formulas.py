@@ -1,7 +1,7 @@
 """Formulas for entries of flat rows, from a body's density or mass, gravity, or the start angle of a ball.
 
-Each formula repeats the floating-point operations by which a scene is built. A formula is tested on some of the values. It is used
-only if all bits agree with the built scenes (``parameters_without_scene_builds``).
+Each formula repeats the floating-point operations by which a scene is built. The caller tests a formula on some of the values, and
+uses the formula only if all bits agree with the built scenes (``parameters_without_scene_builds``).
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def _mass(scene: Scene, name: str, what: str) -> Entries | None:
 
 
 def _angle(built: Built, name: str) -> Entries | None:
-    """The start coordinates of a ball that is given by axis and angle; None for other starts."""
+    """The start coordinates of a ball whose start is given by axis and angle; None for other starts."""
     start = built.scene.joints[name].start
     found = [j for j in built.system.tree if j.name == name]
     if not found or start is None or not isinstance(start.q, AxisAngle):

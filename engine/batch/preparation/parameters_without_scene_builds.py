@@ -47,12 +47,12 @@ class Placing:
     def of(self, distinct: np.ndarray) -> Placed | None:
         """(indices of entries, their numbers) for values (n × paths); None if a scene must be built for each value.
 
-        Values within the range of earlier tests are not tested again.
+        Values within the range of earlier tests need no test.
         """
         low, high = distinct.min(axis=0), distinct.max(axis=0)
         if self.known is None or not ((self.box[0] <= low) & (high <= self.box[1])).all():
             met = np.array([np.fmin(low, self.box[0]), np.fmax(high, self.box[1])])
-            if not self._learn(met, distinct[:0]):  # does the known way also hold at the new ends of the range?
+            if not self._learn(met, distinct[:0]):  # test whether the known way also holds at the new ends of the range
                 every = np.array([np.fmin(met[0], self.ends[0]), np.fmax(met[1], self.ends[1])])
                 if not self._learn(every, distinct):
                     self.ends = np.full_like(self.ends, np.nan)
@@ -60,8 +60,8 @@ class Placing:
         return (self.known[0], self.known[1](distinct)) if self.known else None
 
     def _learn(self, box: np.ndarray, values: np.ndarray) -> bool:
-        """Whether a way of ``self.ways`` finds the entries for values (n × paths) and the ends of a box (2 × paths). Without
-        values, only the way that found the entries before is tried."""
+        """Whether a way of ``self.ways`` finds the entries for values (n × paths) and for the ends of a box (2 × paths). If
+        ``values`` is empty, only the way that last found the entries is tried."""
         tried = np.unique(np.vstack([box, values]), axis=0)
         for way in self.ways if len(values) else self.ways[: self.known is not None]:
             if known := way(tried):
@@ -100,7 +100,7 @@ class Placing:
         return (np.array(place), formula.numbers) if (expected.view(np.uint64) == rows.view(np.uint64)).all() else None
 
     def _is_accepted(self, distinct: np.ndarray) -> bool:
-        """Whether the scene accepts the values at the corners of their box. If so, the scene accepts all values in the box, because
+        """Whether the scene accepts the values at the corners of their box. The scene then accepts all values in the box, because
         bounds and comparisons are linear."""
         if 2 ** len(self.paths) > MOST_CORNERS:
             return False
@@ -114,8 +114,8 @@ class Placing:
         return True
 
     def _tried(self, distinct: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """(some of the values, flat numbers of the scenes built with these values); None for rejected values or another
-        structure."""
+        """(some of the values, flat numbers of the scenes built with these values). None if a scene rejects its values or has
+        another structure."""
         tried = distinct[np.unique(np.linspace(0, len(distinct) - 1, TRIED).astype(int))]
         tried = tried[(tried != 0.0).all(axis=1)]
         rows = [self.flat(v) for v in tried]

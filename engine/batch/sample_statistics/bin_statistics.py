@@ -1,6 +1,6 @@
 """Statistics of cases in bins over one or two numbers: counts, outcomes, and the least, mean and largest value of a third number.
 
-Tables are processed one by one and are not stored.
+The module reads tables one by one and does not store them.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Axis:
 
 @dataclass
 class Span:
-    """The range of a column, and its distinct numbers as long as there are at most MOST_BINS."""
+    """The range of a column, and the distinct numbers of the column while there are at most MOST_BINS."""
 
     name: str
     low: float = inf
@@ -61,7 +61,8 @@ class Span:
                 self.values = None
 
     def axis(self, bins: int) -> Axis:
-        """An axis with one bin for each distinct number, if there are at most ``bins``; otherwise with ``bins`` equal bins."""
+        """An axis with one bin for each distinct number, if there are at most ``bins`` numbers. Otherwise an axis with ``bins``
+        equal bins."""
         v = self.values
         if v is not None and 0 < len(v) <= bins:
             half = np.diff(v) / 2 if len(v) > 1 else np.array([0.5 * abs(v[0]) or 0.5])
@@ -129,7 +130,7 @@ class Bins:
 
 @dataclass(frozen=True)
 class Within:
-    """A condition on cases: the number in a column lies from low to high, or the text in a column is one of some words."""
+    """A condition on cases. Either the number in a column lies from low to high, or the text in a column is one of some words."""
 
     name: str
     low: float = -inf
@@ -137,7 +138,7 @@ class Within:
     words: tuple[str, ...] | None = None
 
     def holds(self, x: np.ndarray) -> np.ndarray:
-        """Whether each value meets the condition (n); NaN never does."""
+        """Whether each of n values meets the condition. NaN never meets a condition."""
         if self.words is not None:
             return np.isin(x, self.words)
         return (x >= self.low) & (x <= self.high)

@@ -1,9 +1,9 @@
 """Quantiles of a sample's results, and probabilities of exceeding a bound, with intervals.
 
-The interval of a quantile lies between two order statistics. Their ranks alone determine the confidence, whatever the distribution
-is. Clopper and Pearson's formula gives the interval of a probability. A case without a value counts as the smallest value at the
-lower end of an interval and as the largest value at the upper end. Therefore the intervals are valid whatever value such a case
-has.
+The interval of a quantile lies between two order statistics. The ranks of these order statistics determine the confidence, for any
+distribution. Clopper and Pearson's formula gives the interval of a probability. At the lower end of an interval, a case without a
+value counts as the smallest value. At the upper end, the case counts as the largest value. Therefore the intervals are valid for
+any value of such a case.
 """
 
 from __future__ import annotations
@@ -64,8 +64,8 @@ def spread(
 
 
 def _quantile(known: np.ndarray, missing: int, p: float) -> Estimate:
-    """The quantile of sorted values (n) at a probability. An end of the quantile's interval is None if no value bounds the quantile
-    on this side."""
+    """The quantile of sorted values (n) at a probability. An end of the quantile's interval is None if no value of the sample
+    bounds the quantile at this end."""
     binomial = brought("scipy.special", "analysis", "an interval").bdtr
     n, tail = len(known) + missing, 0.5 * (1.0 - CONFIDENCE)
     if not len(known):
@@ -78,7 +78,7 @@ def _quantile(known: np.ndarray, missing: int, p: float) -> Estimate:
 
 
 def _share(count: int, known: int, missing: int) -> Estimate:
-    """The probability of an outcome that ``count`` of ``known`` cases have."""
+    """The estimated probability of a property that ``count`` of ``known`` cases have."""
     special, n, tail = brought("scipy.special", "analysis", "an interval"), known + missing, 0.5 * (1.0 - CONFIDENCE)
     if not known:
         return Estimate(None, 0.0, 1.0)

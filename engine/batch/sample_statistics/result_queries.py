@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def indices_of(cases: Cases, kept: Sequence[Reduction], table: pyarrow.Table, of: Sequence[str] = ()) -> list[Indices]:
     """Sobol indices of results (default: all reductions), and of failures if cases failed.
 
-    SceneError if the cases are not a crossed sample, for too few cases, and for results that are not in the table.
+    SceneError if the cases are not a crossed sample, if there are too few cases, or if the table lacks a result.
     """
     problems = _unkept(kept, of)
     if cases.sampling != "saltelli":
@@ -49,7 +49,7 @@ def spreads_of(
     problems = refused(cases, kept, of, at, above)
     raise_problems(problems)
     bounds = {n: [bound(b, units[n], f"above.{n}", problems) for b in given] for n, given in above.items()}
-    if cases.sampling == "saltelli":  # the first and last case of each point are a sample; other cases mix their numbers
+    if cases.sampling == "saltelli":  # the first and last cases of the points are samples; the other cases mix their numbers
         each = 2 * len(cases.paths) + 2
         table = table.filter(np.isin(table["case"].to_numpy() % each, (0, each - 1)))
     done = np.array(table["outcome"].to_pylist(), object) == "done"
@@ -61,7 +61,7 @@ def spreads_of(
 def refused(
     cases: Cases, kept: Sequence[Reduction], of: Sequence[str], at: Sequence[float], above: Mapping[str, Sequence[Any]]
 ) -> list[Problem]:
-    """All problems of a query about distributions."""
+    """All problems of a query for quantiles or probabilities."""
     units = {r.name: r.unit for r in kept}
     problems = _unkept(kept, [*of, *above])
     if not cases.sampling:

@@ -1,18 +1,18 @@
 """Sobol indices of a crossed sample (``sampling="saltelli"``), with intervals.
 
-f_A and f_B are the results of samples A and B. f_Ai is the result of A with number i from B, and f_Bi that of B with number i
-from A. ⟨⟩ is the mean over all points. Both halves of the sample are used (Saltelli et al. 2010):
+f_A and f_B are the results of samples A and B. f_Ai is the result of A with number i taken from B. f_Bi is the result of B with
+number i taken from A. ⟨⟩ is the mean over all points. Both halves of the sample are used (Saltelli et al. 2010):
 
     first S_i = ½ ⟨f_B (f_Ai − f_A) + f_A (f_Bi − f_B)⟩ / V
     total T_i = ¼ ⟨(f_A − f_Ai)² + (f_B − f_Bi)²⟩ / V (Jansen 1999)
     second S_ij = ⟨½ (f_Bi f_Aj + f_Ai f_Bj) − f_A f_B⟩ / V − S_i − S_j
     V = ½ ⟨(f_A − f_B)²⟩
 
-For any points, the index of the only influential number is exactly 1, and that of a number without influence exactly 0.
+For any points, the index of the only influential number is exactly 1. The index of a number without influence is exactly 0.
 
 Intervals: the points belong to REPLICATES independent scrambles. The jackknife leaves out one scramble at a time, and Student's t
-gives an interval from the differences. Because whole scrambles are left out, the intervals are valid although the points of a
-scramble are evenly spread and not independent.
+gives an interval from the differences. The points of a scramble are evenly spread, so they are not independent. Leaving out whole
+scrambles makes the intervals valid.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ CONFIDENCE = 0.95
 FAILED = "failed"
 """Name of an additional result if cases fail: 1 for a case whose outcome is not ``done``, otherwise 0."""
 FLAT = 1e-12
-"""A standard deviation below this multiple of the result's largest value is rounding error: the result does not vary."""
+"""A standard deviation below this multiple of the result's largest value is only rounding error. Such a result does not vary."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Indices:
 
 
 def indices(table: pyarrow.Table, paths: Sequence[str], names: Sequence[str], units: Mapping[str, str]) -> list[Indices]:
-    """The indices of results (columns of the table of a crossed sample), and of failures if cases fail.
+    """The Sobol indices of results (columns of the table of a crossed sample), and of failures if cases fail.
 
     Rows must be in the order of cases. Incomplete points at the end are ignored. SceneError for too few points.
     """
@@ -127,7 +127,8 @@ def _missing(values: np.ndarray, outcome: np.ndarray) -> dict[str, int]:
 
 
 def _indices(told: Told, f: np.ndarray, missing: dict[str, int]) -> Indices:
-    """The indices of one result. f: its values, one row per point, one column per case of the point; NaN: no value."""
+    """The Sobol indices of one result. f: values of the result, one row per point, one column per case of the point; NaN: no
+    value."""
     whole = ~np.isnan(f).any(axis=1)
     known = f[~np.isnan(f)]
     found: list[Estimate] = []

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 FORMAT = "trunnion sweep 1"
 WHY = "error.why"
-"""The column before ``steps``; only if the reductions include errors."""
+"""Name of the column with the reason for missing errors. Tables have this column if the reductions include errors."""
 
 
 def schema(paths: Sequence[str], units: Sequence[str], chosen: Sequence[Reduction], about: dict[str, Any]) -> pyarrow.Schema:

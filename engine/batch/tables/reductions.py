@@ -1,8 +1,8 @@
 """Reductions of a case: single numbers, taken from a column over its output rows or from its events.
 
 A reduction is written ``kind:what``, which is also the name of its column in the table. For a column, the kind is ``max``,
-``min``, ``mean`` (over finite values) or ``final``. For a kind of event, or ``any``, the kind of the reduction is ``first`` (time,
-s) or ``count``. The prefix ``error:`` means the global error of a reduction.
+``min``, ``mean`` (over finite values) or ``final``. For events of one kind, or of ``any`` kind, the reduction is ``first`` (time of
+the first event, s) or ``count``. The prefix ``error:`` means the global error of a reduction.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from trunnion.runtime.abi import EventKind
 OF_COLUMNS = ("max", "min", "final", "mean")
 OF_EVENTS = ("first", "count")
 OF_DECISIONS = ("margin", "marginal")
-"""Reductions over all decisions at a case's events: the least margin, and the number of margins below the run's own error."""
+"""Reductions over all decisions at a case's events: the least margin, and the number of margins below the error of the run."""
 ERROR = "error"
 EVENT_NUMBERS = {e.name.lower(): e.value for e in EventKind}
 
@@ -56,7 +56,7 @@ class Reduction:
 
 
 def reductions(texts: Sequence[str], everything: Sequence[Column], where: str = "reductions") -> tuple[Reduction, ...]:
-    """The reductions that the texts name, with patterns expanded; without texts, the default reductions. SceneError lists every
+    """The reductions that the texts name, with patterns expanded. Without texts, the default reductions. SceneError lists every
     text without a match."""
     found: dict[str, Reduction] = {}
     problems: list[Problem] = []
@@ -85,7 +85,7 @@ def reductions(texts: Sequence[str], everything: Sequence[Column], where: str = 
 
 
 def error_of(r: Reduction) -> Reduction:
-    """The global error of a reduction, as a reduction."""
+    """The reduction that gives the global error of another reduction."""
     return Reduction(ERROR, r.name, r.unit, f"estimated bound of the global error of {r.name}; empty where no error is stated")
 
 
@@ -97,7 +97,7 @@ def with_errors(chosen: tuple[Reduction, ...], certify: bool) -> tuple[Reduction
 
 
 def about_errors(chosen: Iterable[Reduction]) -> bool:
-    """Whether any reduction is an error."""
+    """Whether any of the reductions is an error of another reduction."""
     return any(r.kind == ERROR for r in chosen)
 
 
@@ -127,6 +127,6 @@ def _unmatched(where: str, text: str, kind: str, what: str, names: Iterable[str]
 
 
 def wanted_columns(chosen: Sequence[Reduction]) -> tuple[str, ...]:
-    """Names of the kernel's columns that these reductions need; at least one name."""
+    """Names of the columns that the kernel must compute for these reductions. The list has at least one name."""
     names = dict.fromkeys(r.what for r in chosen if r.kind in OF_COLUMNS)
     return tuple(names) or ("events.count",)

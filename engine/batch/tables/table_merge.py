@@ -1,5 +1,5 @@
-"""Merges the tables of a sweep's chunks into few large tables, because the columns of a small table take as much memory as its
-rows."""
+"""Merges the tables of a sweep's chunks into few large tables. In a small table, the descriptions of the columns take as much
+memory as the rows."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class TableMerge:
             self._merge()
 
     def _merge(self) -> None:
-        """Merge adjacent tables in the first half. The second half stays separate, because further tables may come between its
-        tables."""
+        """Merge adjacent tables in the first half of the small tables. The second half stays separate, because further tables may
+        fall between its tables."""
         import pyarrow as pa
 
         runs: list[list[int]] = []

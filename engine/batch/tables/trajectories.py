@@ -64,7 +64,7 @@ class Series:
 
 
 def series_of(everything: Sequence[Column], patterns: Sequence[str], every: float | None, problems: list[Problem]) -> Series | None:
-    """The stored rows for patterns of columns; None without patterns. Mistakes are appended to ``problems``."""
+    """The selection of rows to store, from patterns of columns. None without patterns. Mistakes are appended to ``problems``."""
     if every is not None and not (isfinite(every) and every > 0.0):
         problems.append(Problem("spacing", f"{every:g} s is not a positive time", "give a positive time, or omit it for all rows"))
     if every is not None and not patterns:

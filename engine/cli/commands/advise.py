@@ -61,7 +61,7 @@ def command(
 
 
 def relative_error(text: str | None, reader: ArgumentReader) -> float | None:
-    """The error of ``--error``; mistakes go to ``reader``."""
+    """The error that ``--error`` gives. Mistakes are added to ``reader``."""
     if text is None:
         reader.add("--error", "is not given", "give the largest relative error of the outputs, for example --error 1e-3")
         return None
@@ -85,7 +85,7 @@ def document(a: Advice) -> dict[str, Any]:
 
 
 def lines(name: str, a: Advice) -> list[str]:
-    """The tried models as text."""
+    """The models that were tried, as text."""
     out = [f"{name}: {a.measure.describe()}", f"reference: {a.reference.made_by}, whose results differ by {a.reference.error:.1e}"]
     if a.influences:
         rows = [(i.joint, f"{i.predicted:.1e}" if math.isfinite(i.predicted) else "unknown") for i in a.influences]
@@ -103,7 +103,7 @@ def lines(name: str, a: Advice) -> list[str]:
 
 
 def row(r: Rung, chosen: bool) -> tuple[str, ...]:
-    """A tried model as a row of the table."""
+    """A model that was tried, as a row of the table."""
     name = ("→ " if chosen else "  ") + r.describe()
     own = f"{r.model_error:.1e}{' by sensitivity' if r.predicted else ''}" if math.isfinite(r.model_error) else r.outcome
     if r.setting is None:

@@ -26,7 +26,9 @@ def command(
     scene: Scene = None,
     *,
     settings: SettingWords,
-    v_eps: Annotated[list[str], repeatable(metavar="V", help="v_eps of laws that have it, m/s.", show_default="the scene's")],
+    v_eps: Annotated[
+        list[str], repeatable(metavar="V", help="Values of v_eps, m/s, for the laws with this number.", show_default="the scene's")
+    ],
     norm: Annotated[str | None, typer.Option(metavar="N", help=NORM, show_default="max")] = None,
     repeat: Annotated[int, typer.Option(metavar="N", help="Number of times each run is repeated.")] = 7,
     samples: Annotated[int, typer.Option(metavar="N", help="Number of instants at which runs are compared.")] = 100,
@@ -57,8 +59,8 @@ def command(
 
 
 def measure(scene: SceneData, arguments: dict[str, Any], place: str, as_json: bool) -> int:
-    """Measure, write the files to the folder ``place``, print the results; returns the exit code. arguments: fields of
-    ``WorkPrecisionRequest``."""
+    """Measure errors and times, write the files to the folder ``place``, and print the results. Returns the exit code. arguments:
+    fields of ``WorkPrecisionRequest``."""
     from trunnion.analysis.work_precision.benchmark_study import measure_work_precision
     from trunnion.analysis.work_precision.html_page import page_data
     from trunnion.analysis.work_precision.machine_description import pin_to_one_core
@@ -76,7 +78,7 @@ def measure(scene: SceneData, arguments: dict[str, Any], place: str, as_json: bo
 
 
 def read_folder(folder: str | None, reader: ArgumentReader) -> str:
-    """The folder of ``-o``; mistakes go to ``reader``."""
+    """The folder that ``-o`` names. Mistakes are added to ``reader``."""
     if folder is None:
         reader.add("-o", "no folder for the files is given", "for example -o charts")
     elif is_pattern(folder):
@@ -85,7 +87,7 @@ def read_folder(folder: str | None, reader: ArgumentReader) -> str:
 
 
 def speeds(texts: Sequence[str], reader: ArgumentReader) -> tuple[float, ...]:
-    """Positive speeds, m/s; mistakes go to ``reader``."""
+    """The positive speeds, m/s, of an option. Mistakes are added to ``reader``."""
     values = [(text, reader.quantity(text, "m/s", "--v-eps")) for text in texts]
     for text, value in values:
         if value is not None and value <= 0:

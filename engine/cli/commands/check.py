@@ -42,7 +42,7 @@ def command(
     plot: Annotated[str | None, typer.Option("--plot", metavar="FILE", help=DRAW)] = None,
     as_json: Json = False,
 ) -> int:
-    """List the mistakes of a scene; without mistakes, list its bodies, joints, degrees of freedom, loops and columns."""
+    """List the mistakes of a scene. If it has none, list its bodies, joints, degrees of freedom, loops and columns."""
     reader = ArgumentReader()
     picture = reader.picture(plot)
     file = reader.destination(whole, SCENES)
@@ -68,7 +68,7 @@ def command(
 
 
 def report_hold(scene: SceneData, as_json: bool) -> int:
-    """Report whether the scene holds at rest; returns the exit code."""
+    """Report whether friction holds the scene at rest. Returns the exit code."""
     from trunnion.analysis.static_bounds.start_pose_statics import hold
     from trunnion.cli.output.hold_report import hold_document, hold_lines
 
@@ -79,8 +79,8 @@ def report_hold(scene: SceneData, as_json: bool) -> int:
 
 
 def report_bounds(scene: SceneData, self_stress: float | None, misfit: float | None, budget: float | None, as_json: bool) -> int:
-    """Report bounds over all force distributions that statics allows; returns the exit code. self_stress, N; misfit, m; budget,
-    s."""
+    """Report bounds over all force distributions that statics allows. Returns the exit code. self_stress: in N. misfit: in m.
+    budget: in s."""
     from trunnion.analysis.static_bounds.hold_check import hold
     from trunnion.cli.output.hold_bounds_report import bounds_document, bounds_lines
 

@@ -67,7 +67,7 @@ def _pose(q: Mapping[str, Sequence[float]]) -> list[str]:
 
 
 def _ranges(head: str, bands: Sequence[Band]) -> list[str]:
-    """A table of ranges of rest below a line; empty if there are none."""
+    """The lines of a table of ranges of rest, below a heading. Without ranges, there are no lines."""
     if not bands:
         return []
     first = [" / ".join(dict.fromkeys(x for x in b.first if x)) for b in bands]

@@ -58,8 +58,8 @@ def command(
 
 
 def stiffness_of(text: str, reader: ArgumentReader) -> float:
-    """A stiffness, in N/m for translations and N*m/rad for rotations. The text has no unit, because the same number is used for
-    both kinds of motion."""
+    """A stiffness, in N/m for translations and N*m/rad for rotations. The text has no unit, because one number serves for
+    translations and rotations."""
     try:
         value = float(text)
     except ValueError:

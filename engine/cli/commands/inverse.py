@@ -15,7 +15,7 @@ from trunnion.cli.output.printed_output import number, print_answer, table
 
 MOST_MISSING = 12
 """Largest count of unsolved instants that are listed."""
-MOTION = "The given motion, .csv or .parquet: columns time and JOINT.q[k]; JOINT.qd[k] and JOINT.qdd[k] if known."
+MOTION = "File of the motion (.csv or .parquet), with columns time and JOINT.q[k], and if known JOINT.qd[k] and JOINT.qdd[k]."
 
 
 def command(
@@ -31,7 +31,7 @@ def command(
     save: CsvTable = None,
     as_json: Json = False,
 ) -> int:
-    """Compute the forces and torques of drives, contact points and normal forces for a given motion, with friction."""
+    """For a given motion with friction, compute contact points, normal forces, and the efforts of drives."""
     from trunnion.analysis.mechanics.inverse_dynamics import inverse
     from trunnion.analysis.mechanics.motion_files import read_motion
     from trunnion.cli.output.csv_table import write_csv

@@ -29,7 +29,7 @@ def command(
     changes: Changes,
     as_json: Json = False,
 ) -> int:
-    """List when parts would cross the clearance of their joint, how long each crossing takes, and how fast the parts hit.
+    """List the crossings of parts through the clearance of their joint: time, duration, and speed at the end.
 
     The column "part" numbers the clearances of a joint: the faces across e2 and e3 of a sleeve, or the journals of a universal
     joint."""
@@ -49,7 +49,7 @@ def command(
 
 
 def clearances_by_joint(texts: Sequence[str], reader: ArgumentReader) -> dict[str, float] | float:
-    """The clearance of all joints, or the clearance of each joint by name, m; mistakes go to ``reader``."""
+    """The clearance of all joints, m, or the clearances by joint. Mistakes are added to ``reader``."""
     pairs = [text.rpartition("=") for text in texts]
     read = {name.strip(): reader.quantity(value.strip(), "m", "--clearance") or 0.0 for name, _, value in pairs}
     if not read or ("" in read and len(texts) > 1):

@@ -18,7 +18,7 @@ def command(as_json: Json = False) -> int:
 
 
 def title(name: str) -> str:
-    """The title of a bundled model, or the reason why it cannot be read."""
+    """The title of a bundled model, or the reason why the model cannot be read."""
     from trunnion.basics.errors import SceneError
     from trunnion.scene.scene_loader import load_scene
 

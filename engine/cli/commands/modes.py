@@ -25,7 +25,9 @@ def command(
     ctx: typer.Context,
     scene: Scene = None,
     *,
-    stick: Annotated[bool, typer.Option("--stick", help="Lock the joints with friction, so that only the others vibrate.")] = False,
+    stick: Annotated[
+        bool, typer.Option("--stick", help="Lock the joints with friction, so that only the other joints move.")
+    ] = False,
     at_start: Annotated[
         bool, typer.Option("--at-start", help="Linearise at the start pose, which must be a pose of rest.")
     ] = False,

@@ -12,7 +12,7 @@ from trunnion.cli.options.option_declarations import Changes, Json, Plot, Reduce
 from trunnion.cli.requests.study_request import MostCases, VaryWithin, run_and_report_study
 from trunnion.cli.requests.varied_numbers import Seed
 
-WITHIN = "Constraint: lower and upper bound of a result; one of the two may be empty."
+WITHIN = "Constraint: lower and upper bound of a result. One bound may be empty."
 TOLERANCE = "The search ends when the best value of each number is known to this fraction of the number's range."
 
 
@@ -54,7 +54,7 @@ def command(
 
 
 def constraints(texts: Sequence[str], reader: ArgumentReader) -> dict[str, tuple[str | None, str | None]]:
-    """{result: (low, high)} of KIND:WHAT=LOW:HIGH words; None for an empty end."""
+    """{result: (low, high)} from words KIND:WHAT=LOW:HIGH. An empty end becomes None."""
     out: dict[str, tuple[str | None, str | None]] = {}
     for text in texts:
         name, _, ends = (part.strip() for part in text.rpartition("="))

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from trunnion.scene.data_classes.scene import Scene as SceneData
 
 SHOWN = 12
-ROWS = "File of the stored rows: .csv, .parquet, or a folder for one Parquet file for each case."
+ROWS = "File for the stored rows (.csv or .parquet), or a folder for one Parquet file for each case."
 
 
 def command(
@@ -80,7 +80,7 @@ def planned(
     queries: SampleQueries,
     reader: ArgumentReader,
 ) -> Plan | None:
-    """The plan of the cases; None after mistakes. extra: further arguments of ``plan``; queries: requested statistics of the
+    """The plan of the cases; None after mistakes. extra: further arguments of ``plan``. queries: requested statistics of the
     sample."""
     from trunnion.batch.plan_and_runner import Run, plan
     from trunnion.batch.sample_statistics.result_queries import refused
@@ -99,7 +99,7 @@ def planned(
 def run_and_report(
     cases: Plan, workers: int | None, queries: SampleQueries, table_file: Path | None, row_file: Path | None, as_json: bool
 ) -> int:
-    """Run the cases, write the files, print the summary; returns the exit code."""
+    """Run the cases, write the files, and print the summary. Returns the exit code."""
     from trunnion.batch.sweep import run_plan
     from trunnion.cli.output.progress_bars import ProgressBar
     from trunnion.cli.output.sample_report import sample_statistics
@@ -155,7 +155,7 @@ def summary(result: Sweep) -> list[str]:
 
 
 def missing_errors(counts: Mapping[str, int]) -> list[str]:
-    """A line with the number of cases without errors, and the reasons."""
+    """A line with the number of cases for which no errors are stated, and the reasons."""
     from trunnion.simulation.results.error_statement import REASONS
 
     return [f"no error estimates for {n} case{'s' if n > 1 else ''} ({why}): {REASONS[why]}" for why, n in sorted(counts.items())]

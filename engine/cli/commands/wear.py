@@ -61,7 +61,8 @@ def command(
 
 
 def drawn(worn: Wear, path: Path | None) -> Path | None:
-    """Draw the wear depth around pins. Returns the written file; None if no file is requested or no contact surrounds a pin."""
+    """Draw the wear depth around pins. Returns the written file. None if the user requests no file, or if no contact surrounds a
+    pin."""
     around = [(f"{c.joint}, contact {c.contact}", c.angles, c.on_pin, c.on_bearing) for c in worn.contacts if c.angles.size]
     if path is None or not around:
         return None

@@ -1,4 +1,4 @@
-"""Values of arguments and options. A reader collects all mistakes, so that a command reports them at once."""
+"""Values of arguments and options. A reader collects all mistakes, so that a command reports all mistakes at once."""
 
 from __future__ import annotations
 
@@ -31,11 +31,12 @@ class ArgumentReader:
     problems: list[Problem] = field(default_factory=list)
 
     def add(self, where: str, what: str, hint: str = "") -> None:
-        """Add a mistake: its place, its cause, its remedy."""
+        """Add a mistake with its place (where), its cause (what) and its remedy (hint)."""
         self.problems.append(Problem(where, what, hint))
 
     def attempt(self, work: Callable[[], T], where: str = "") -> T | None:
-        """The result of ``work``. If ``work`` raises SceneError: None, and its problems are added (at ``where`` if given)."""
+        """The result of ``work``. If ``work`` raises SceneError, the problems are added (at ``where`` if given), and the result is
+        None."""
         try:
             return work()
         except SceneError as e:
@@ -47,14 +48,14 @@ class ArgumentReader:
         raise_problems(self.problems)
 
     def checked(self, value: T | None) -> T:
-        """The value, which is None only after a mistake. SceneError with all mistakes, if there are any."""
+        """The value, which is None only after a mistake. SceneError with all mistakes, if there are mistakes."""
         self.end()
         assert value is not None
         return value
 
     def time(self, text: str | None, where: str, zero: bool = False) -> float | None:
-        """Seconds of a text such as "2.5", "10 ms" or "1 min"; None if there is no text. The time must be positive; with ``zero``,
-        0 is valid too."""
+        """Seconds of a text such as "2.5", "10 ms" or "1 min"; None if there is no text. The time must be positive. With ``zero``,
+        the time 0 is valid, too."""
         value = None if text is None else self.quantity(text, "s", where)
         if value is not None and (value < 0 or (value == 0 and not zero)):
             self.add(where, f"{text} is not a positive time", "write a time such as 2.5, 10 ms or 1 min")
@@ -62,7 +63,7 @@ class ArgumentReader:
         return value
 
     def quantity(self, text: str, unit: str, where: str) -> float | None:
-        """SI value of a number with or without a unit."""
+        """The SI value of a number with or without a unit."""
         from trunnion.scene.units.numbers_with_units import Per
         from trunnion.scene.units.unit_parser import UnitError
 
@@ -73,14 +74,14 @@ class ArgumentReader:
             return None
 
     def choice(self, text: str | None, words: Sequence[str], where: str) -> str | None:
-        """The text, which must be one of the words; None without text, or after a mistake."""
+        """The text, which must be one of the words. None without text, or after a mistake."""
         if text is None or text in words:
             return text
         self.add(where, f"{text!r} is unknown", suggestion(text.lower(), words, f"one of {', '.join(words)}"))
         return None
 
     def destination(self, text: str | None, suffixes: Sequence[str], where: str = "-o") -> Path | None:
-        """The path of a file to write; None without text. A wrong suffix or unwritable place becomes a problem."""
+        """The path of a file to write. None without text. A wrong suffix or an unwritable folder becomes a problem."""
         if text is None:
             return None
         problems = destination_problems(text, suffixes, where)
@@ -122,7 +123,7 @@ class ArgumentReader:
     def scene(
         self, word: str | None, context: Context, changes: Sequence[str], law: str | None = None, massless: bool = False
     ) -> Scene | None:
-        """The scene that the command line names, changed by ``--set`` and ``--law``. massless: bodies need no masses."""
+        """The scene that the command line names, changed by ``--set`` and ``--law``. massless: whether bodies may lack masses."""
         from trunnion.cli.options.checked_scene_cache import stored_scene
 
         source, values = self.scene_word(word, context), self.assignments(changes)
@@ -176,7 +177,7 @@ def problem_at(where: str, p: Problem) -> Problem:
 
 
 def is_pattern(text: str) -> bool:
-    """Whether a file name looks like a pattern of columns. If so, the user probably wrote --output instead of --outputs."""
+    """Whether a file name looks like a pattern of columns. The user then probably wrote --output instead of --outputs."""
     return any(mark in text for mark in "[*?")
 
 

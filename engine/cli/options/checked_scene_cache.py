@@ -1,4 +1,4 @@
-"""Cache of checked scenes. A command that reads an unchanged file again skips the validation and the imports for it."""
+"""Cache of checked scenes. A command that reads an unchanged file again skips the validation and the imports for validation."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ ENGINE = Path(__file__).resolve().parents[2]
 SOURCES = ("basics", "elements", "runtime", "scene")
 """Folders whose code reads and checks a scene: ``scene``, and the folders that ``scene`` imports."""
 OTHER_FILES = (b"include", b"assemblies", b"\\", b"\0")
-"""Keys that name other files, and bytes of escaped or wide characters, which could spell these keys. A scene without any of them
-names no other file."""
+"""Keys that name other files, and bytes of escaped or wide characters, which could spell these keys. A scene that contains none of
+these bytes names no other file."""
 
 
 def stored_scene(source: str, massless: bool = False) -> Scene:
-    """The scene that ``load_scene`` reads. Its key in the cache covers everything on which the scene depends: path and content of
-    the file, our sources, Python, and the packages that read and validate. Scenes that name other files are not stored."""
+    """The scene that ``load_scene`` reads. The cache's key of a scene covers everything on which the scene depends. These are path
+    and content of the file, Trunnion's sources, Python, and the packages that read and validate. Scenes that name other files are
+    not stored."""
     file = scene_file(source)
     content = content_of(file)
     if any(mark in content for mark in OTHER_FILES):

@@ -51,7 +51,7 @@ def outputs(incomplete: str) -> list[str]:
 
 
 def registered(kind: str) -> Callable[[str], list[str]]:
-    """The completion of a word of a registry: ``methods``, ``laws`` or ``kernels``."""
+    """The function that completes a word of a registry: ``methods``, ``laws`` or ``kernels``."""
 
     def complete(incomplete: str) -> list[str]:
         from trunnion.simulation.settings.run_settings import known_words
@@ -67,7 +67,7 @@ def with_prefix(words: Iterable[str], incomplete: str) -> list[str]:
 
 
 def completed_scene() -> Any:
-    """The built scene of the command line; None if no word is a readable scene. The words are read from the shell's variables,
+    """The scene of the command line, built. None if no word names a readable scene. The words are read from the shell's variables,
     because click's parser fails while an option still has no value."""
     from trunnion.scene.scene_loader import load_scene
     from trunnion.system.construction.system_builder import build

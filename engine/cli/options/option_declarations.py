@@ -20,13 +20,14 @@ repeatable: Any = partial(typer.Option, default_factory=list)
 
 @dataclass(frozen=True)
 class SettingWords:
-    """Words of the settings that a command offers. who: the command; words: the word of each setting, None if not given."""
+    """The words that a user gave for the run settings of a command. who: the command. words: the word of each setting, None if not
+    given."""
 
     who: str
     words: Mapping[str, Any]
 
     def values(self, reader: ArgumentReader) -> dict[str, Any]:
-        """SI values by name, None if not given; mistakes go to ``reader``."""
+        """SI values by name, None if not given. Mistakes are added to ``reader``."""
         from trunnion.simulation.settings.run_settings import settings_read
 
         values, problems = settings_read(self.who, self.words, lambda name: f"--{name.replace('_', '-')}")
@@ -53,12 +54,12 @@ Workers = Annotated[
 
 
 def columns_option(text: str, show_default: str | bool = True) -> Any:
-    """The option ``--outputs``, which selects columns. text: its help."""
+    """The option ``--outputs``, which selects columns. text: help of the option."""
     return repeatable("--outputs", metavar="PATTERN", help=text, show_default=show_default, autocompletion=completion.outputs)
 
 
 def file_option(*suffixes: str, what: str = "Write a table") -> Any:
-    """The option ``-o``, the file that a command writes. what: text of the help; suffixes: suffixes of the file formats."""
+    """The option ``-o`` for the file that a command writes. what: text of the help. suffixes: suffixes of the file formats."""
     return typer.Option("-o", "--output", metavar="FILE", help=f"{what}: {' or '.join(suffixes)}.")
 
 

@@ -12,7 +12,7 @@ DONE, FAILED, WRONG_USE = 0, 1, 2
 
 
 def problems_end(problems: Sequence[Problem], as_json: bool) -> int:
-    """Report all problems; returns the exit code of wrong use."""
+    """Report all problems, and return the exit code for wrong use."""
     if as_json:
         listed = [p.as_dict() for p in problems]
         print_json({"exit_code": WRONG_USE, "problem_count": sum(p.count for p in problems), "problems": listed})
@@ -33,7 +33,7 @@ def problem_lines(problems: Iterable[Problem]) -> list[str]:
 
 
 def failure_end(text: str, as_json: bool) -> int:
-    """Report a failure; returns its exit code."""
+    """Report a failure, and return its exit code."""
     if as_json:
         print_json({"exit_code": FAILED, "error": text})
     else:

@@ -41,7 +41,7 @@ def lines(name: str, f: Fit, evidence: ModelComparison | None) -> list[str]:
 
 
 def interval_end(value: float, kind: str) -> str:
-    """An end of an interval: [ ] marks a bound, ? an open end."""
+    """An end of an interval as text. [ ] marks a bound; ? marks an open end."""
     return f"[{value:.6g}]" if kind == "bound" else f"{value:.6g}{'?' if kind == 'open' else ''}"
 
 

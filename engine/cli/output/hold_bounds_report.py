@@ -19,8 +19,8 @@ VERDICTS = {
     "no": "the mechanism does not hold for any force distribution",
 }
 LARGE = 1e-6
-"""Gaps above this value, in the unit of their interval, are printed. Smaller gaps do not show, because results are printed with six
-digits."""
+"""Gaps above this value, in the unit of their interval, are printed. Smaller gaps would not be visible, because results are printed
+with six digits."""
 
 
 def bounds_document(b: HoldBounds) -> dict[str, Any]:
@@ -58,7 +58,7 @@ def bounds_lines(name: str, b: HoldBounds) -> list[str]:
 
 
 def pair_name(p: PairBounds, b: HoldBounds) -> str:
-    """The joint of a contact pair, with the journal if the joint has several."""
+    """The joint of a friction pair, with the number of the journal if the joint has several."""
     return p.joint if sum(q.joint == p.joint for q in b.pairs) == 1 else f"{p.joint}, journal {p.part}"
 
 
@@ -77,8 +77,7 @@ def end(e: End, unit: float = 1.0) -> str:
 
 
 def load_row(p: LoadBounds) -> tuple[str, ...]:
-    """A load as a row: the interval of loads that friction certainly holds, and the interval of loads that friction possibly
-    holds."""
+    """The row of a load: the interval that friction certainly holds, and the interval that friction possibly holds."""
     certain, possible = (" … ".join(end(getattr(w, what)) for w in (p.less, p.more)) for what in ("guaranteed", "possible"))
     first = dict.fromkeys(", ".join(w.joints) or "–" for w in (p.more, p.less))
     return p.name, "–" if p.now is None else number(p.now), certain, possible, p.unit, " / ".join(first)

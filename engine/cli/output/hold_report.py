@@ -38,12 +38,12 @@ def hold_lines(name: str, report: HoldReport) -> list[str]:
 
 
 def pair_name(p: PairHold) -> str:
-    """The joint of a contact pair, with the journal if the joint has two."""
+    """The joint of a friction pair, with the number of the journal if the joint has two."""
     return p.joint if REGISTRY[p.type].second_axis < 0 else f"{p.joint}, journal {p.part}"
 
 
 def percent(x: float) -> str:
-    """A share in percent; a dash if the share is not finite."""
+    """A share in percent. A share that is not finite is shown as a dash."""
     return f"{100 * x:.4g} %" if math.isfinite(x) else "–"
 
 

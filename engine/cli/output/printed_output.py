@@ -14,7 +14,7 @@ GREEN, RED, BOLD, DIM, PLAIN = "\033[32m", "\033[31m", "\033[1m", "\033[2m", "\0
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table with aligned columns: the first and last to the left, the others to the right."""
+    """Lines of a table. The first and the last column are aligned left, the others right."""
     widths = [max(len(r[k]) for r in (head, *rows)) for k in range(len(head))]
 
     def line(row: Sequence[str]) -> str:
@@ -42,13 +42,13 @@ def plain(line: str) -> str:
 
 
 def print_lines(lines: Iterable[str]) -> None:
-    """Print lines; colours only on a terminal that shows them."""
+    """Print lines, with colours only on a terminal that shows colours."""
     for line in lines:
         print(line if has_colours(sys.stdout) else plain(line))
 
 
 def print_result(as_json: bool, code: int, document: Mapping[str, Any], lines: Iterable[str]) -> int:
-    """Print the result of a command as one JSON document or as lines; returns the exit code."""
+    """Print the result of a command as one JSON document or as lines. Returns the exit code."""
     if as_json:
         print_json({"exit_code": code, **document})
     else:
@@ -59,7 +59,8 @@ def print_result(as_json: bool, code: int, document: Mapping[str, Any], lines: I
 def print_answer(
     as_json: bool, code: int, document: Mapping[str, Any], lines: Iterable[str], files: Mapping[str, Any] | Sequence[Any]
 ) -> int:
-    """``print_result`` with the files that the command wrote: paths, by kind or as a list. None: the file was not requested."""
+    """Print a result as ``print_result`` does, with the files that the command wrote. files: paths by kind, or a list of paths;
+    None for a file that was not requested."""
     named = {k: str(f) for k, f in files.items() if f} if isinstance(files, Mapping) else [str(f) for f in files if f]
     paths = named.values() if isinstance(named, dict) else named
     return print_result(as_json, code, {**document, "files": named}, [*lines, *(f"wrote {f}" for f in paths)])

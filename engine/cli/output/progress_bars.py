@@ -14,7 +14,7 @@ DELAY_SECONDS = 1.0
 
 
 class ProgressBar:
-    """A progress bar as a context manager; the work inside calls ``show_time`` or ``show_count``."""
+    """A progress bar as a context manager. Work in the block calls ``show_time`` or ``show_count``."""
 
     def __init__(self, title: str, shown: bool = True):
         self.title = title
@@ -34,7 +34,7 @@ class ProgressBar:
         return self
 
     def open(self) -> None:
-        """Draw the bar. The timer calls this in its own thread."""
+        """Draw the bar. A timer calls this function in a separate thread."""
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
@@ -48,7 +48,7 @@ class ProgressBar:
             self.bar.start()
 
     def show_time(self, time: float, until: float) -> None:
-        """Show the time that a run has reached, and its end, s."""
+        """Show the time that a run has reached, and the end time of the run, s."""
         self._show(self.title, time, until, f"t = {time:.4g} of {until:.4g} s")
 
     def show_count(self, done: int, total: int) -> None:
@@ -60,7 +60,7 @@ class ProgressBar:
         self._show(f"{self.title}: {part}", done, total, f"{done} of {total}")
 
     def print_line(self, line: str) -> None:
-        """Print a line of the answer, above the bar if both share a terminal."""
+        """Print a line of the answer. If the bar uses the same terminal, the line appears above the bar."""
         with self.lock:
             if self.bar is not None and sys.stdout.isatty():
                 self.bar.console.print(line, markup=False, highlight=False)

@@ -27,7 +27,8 @@ MOST_COLUMNS = 40
 def print_summary(
     result: Result, files: Mapping[str, str], late: Sequence[Problem] = (), columns: Sequence[str] | None = None
 ) -> None:
-    """Print the summary; failures go to standard error as well. columns: columns whose ranges are shown; None: the main columns."""
+    """Print the summary. A failure is also printed on standard error. columns: columns whose ranges are shown; None means the main
+    columns."""
     print_lines(summary_lines(result, files, columns))
     error_lines(problem_lines(late))
     if not result.outcome.ok and not sys.stdout.isatty():
@@ -63,7 +64,7 @@ def error_line(c: Certainty) -> str:
 
 
 def error_cells(result: Result, name: str = "") -> tuple[str, ...]:
-    """The table cell of a column's largest error or, without ``name``, of the table's head. No cell if the run has no error
+    """The table cell with a column's largest error. Without ``name``, the cell of the table's head. No cell if the run has no error
     estimates."""
     c = result.certainty
     if c is None:

@@ -32,7 +32,7 @@ class SampleQueries:
 
 
 def read_queries(quantiles: Sequence[str], above: Sequence[str], picture: Path | None, reader: ArgumentReader) -> SampleQueries:
-    """The statistics that the options request; mistakes go to ``reader``."""
+    """The statistics that the options request. Mistakes are added to ``reader``."""
     at, bounds = [], dict[str, tuple[str, ...]]()
     for text in (part.strip() for given in quantiles for part in given.split(",")):
         try:
@@ -48,8 +48,8 @@ def read_queries(quantiles: Sequence[str], above: Sequence[str], picture: Path |
 
 
 def sample_statistics(result: Sweep, queries: SampleQueries) -> tuple[dict[str, Any], list[str]]:
-    """The requested statistics as plain data and as text; for a Saltelli sample, always also its Sobol indices. Draws the
-    requested picture."""
+    """The requested statistics as plain data and as text. For a Saltelli sample, the statistics always include the Sobol indices.
+    Draws the requested picture."""
     from trunnion.batch.sample_statistics.quantiles_and_probabilities import USUAL
 
     crossed = result.plan.cases.sampling == "saltelli"
@@ -68,7 +68,7 @@ def sample_statistics(result: Sweep, queries: SampleQueries) -> tuple[dict[str, 
 
 
 def draw(result: Sweep, indices: Sequence[Indices], spreads: Sequence[Spread], path: Path) -> None:
-    """Draw bars of the indices; if there are no indices, draw histograms."""
+    """Draw bars of the indices. Without indices, draw histograms."""
     from trunnion.plots.analysis.sobol_bars_and_histograms import draw_histograms, draw_sobol_indices
     from trunnion.plots.style.figure_files import save_figure
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def examined(scene: Scene) -> tuple[dict[str, Any], list[Column]]:
-    """(report as plain data, all columns) of a scene. Builds the scene's kernel, which a later run reuses."""
+    """(report as plain data, all columns) of a scene. The function builds the scene's kernel. A later run reuses the kernel."""
     from trunnion.kernel.interface.output_columns import columns
     from trunnion.scene.queries.mass_properties import mass_properties
     from trunnion.simulation.run import Model
@@ -52,7 +52,7 @@ def joint_data(j: Any, scene: Scene) -> dict[str, Any]:
 
 
 def start_data(model: Any) -> dict[str, Any]:
-    """Result of assembling and starting the scene: outcome, notes (changed values, redundant loops), degrees of freedom."""
+    """The result of assembling and starting the scene: outcome, notes (changed values, redundant loops), and degrees of freedom."""
     from trunnion.scene.checks.sliding_contact_ends import contact_end_notes
     from trunnion.scene.checks.unusual_magnitudes import magnitude_notes
     from trunnion.scene.expressions.parameter_dependence import unused_notes

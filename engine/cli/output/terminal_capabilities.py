@@ -12,5 +12,5 @@ def is_redrawable(stream: TextIO) -> bool:
 
 
 def has_colours(stream: TextIO) -> bool:
-    """Whether the stream shows colours, and the user wants them."""
+    """Whether the stream shows colours and the user wants colours."""
     return is_redrawable(stream) and not os.environ.get("NO_COLOR")

@@ -11,8 +11,8 @@ from trunnion.scene.signals.registry import given
 
 
 def contact_travel_notes(scene: Scene) -> list[str]:
-    """Notes on sliding joints that move beyond the contacts at the ends of their inboard part. For such a joint, the scene may have
-    to place the contacts at the ends of the outboard part."""
+    """Notes on sliding joints that move beyond the contacts at the ends of their inboard part. Perhaps the contacts of such a joint
+    belong at the ends of its outboard part."""
     notes = []
     for name, j in scene.joints.items():
         rub = j.friction
@@ -33,7 +33,7 @@ def contact_travel_notes(scene: Scene) -> list[str]:
 
 
 def driven_to(drive: Drive, until: float) -> Sequence[float]:
-    """Extreme coordinates of a drive's motion up to a time, s."""
+    """The least and the largest coordinate of a drive's motion up to a time, s."""
     if drive.input is not None:
         return []
     kind, data = given(drive)

@@ -45,14 +45,18 @@ Own = Annotated[
 ]  # fmt: skip
 Column = Annotated[
     list[str],
-    repeatable("--column", metavar="COLUMN=NAME", help="A column of the scene, and its name in the files if that is different."),
+    repeatable(
+        "--column",
+        metavar="COLUMN=NAME",
+        help="A column of the scene, and the name of this column in the files if the names differ.",
+    ),
 ]
 Noise = Annotated[
     list[str],
     repeatable(
         "--noise",
         metavar="[COLUMN=]S",
-        help="Standard deviation of the measurement noise, of all columns or of one.",
+        help="Standard deviation of the measurement noise, for all columns or for one column.",
         show_default="estimated",
     ),
 ]
@@ -78,8 +82,8 @@ NOISE_EXAMPLE = "--noise 'pivot.q[1]=0.5 mrad'"
 
 @dataclass
 class FitRequest:
-    """Arguments of a fit. shared: parameters common to all runs; own: parameters with a value for each run; unused: columns of
-    files that the fit ignores; trials: possible experiments, by their text."""
+    """Arguments of a fit. shared: parameters common to all runs. own: parameters with a value for each run. unused: columns of
+    files that the fit ignores. trials: possible experiments, by their text."""
 
     shared: list[str] = field(default_factory=list)
     own: list[str] = field(default_factory=list)
@@ -109,7 +113,7 @@ def read_fit_request(
     compare: Sequence[str],
     trials: Sequence[str],
 ) -> FitRequest:
-    """The request of these words; mistakes go to ``reader``."""
+    """The request that the words describe. Mistakes are added to ``reader``."""
     out = FitRequest()
     for texts, names, where in ((vary, out.shared, "--vary"), (own, out.own, "--own")):
         for text in texts:
@@ -130,7 +134,7 @@ def read_fit_request(
 def read_runs(
     texts: Sequence[str], scene: Scene | None, renamed: Mapping[str, str], noise: Any, out: FitRequest, reader: ArgumentReader
 ) -> None:
-    """Read words FILE; PATH=VALUE; … and the named files into the request."""
+    """Read words of the form FILE; PATH=VALUE; … and the named files, and add the runs to the request."""
     from trunnion.analysis.fits.measurement_files import read_measured_run
 
     for text in texts:
@@ -146,12 +150,12 @@ def read_runs(
 
 
 def parts(text: str) -> list[str]:
-    """Parts between semicolons."""
+    """The parts of a word between semicolons."""
     return [part.strip() for part in text.split(";") if part.strip()] or [text]
 
 
 def read_parameter(text: str, names: list[str], out: FitRequest, where: str, reader: ArgumentReader) -> None:
-    """PATH, PATH=low:high (one end may be empty), PATH=normal(…) or PATH=lognormal(…)."""
+    """Read a parameter: PATH, PATH=low:high (one end may be empty), PATH=normal(…) or PATH=lognormal(…)."""
     path, sign, prior = (part.strip() for part in text.partition("="))
     if path not in names:
         names.append(path)
@@ -168,8 +172,8 @@ def read_parameter(text: str, names: list[str], out: FitRequest, where: str, rea
 
 
 def read_noise(texts: Sequence[str], reader: ArgumentReader) -> float | Mapping[str, float] | None:
-    """Standard deviation of the noise: one number for all columns, or a number for each column by name. None if it has to be
-    estimated. A text is in SI units or has a unit."""
+    """Standard deviation of the noise: one number for all columns, or numbers by column. None if the fit has to estimate the noise.
+    A text without a unit is in SI units."""
     from trunnion.scene.units.numbers_with_units import AnyUnit
     from trunnion.scene.units.unit_parser import UnitError
 
@@ -203,7 +207,7 @@ def read_candidate(text: str, reader: ArgumentReader) -> tuple[str, Candidate]:
 
 
 def read_trial(text: str, scene: Scene | None, reader: ArgumentReader) -> Experiment:
-    """Read PATH=VALUE; …; until=T; every=DT."""
+    """Read a possible experiment from the text "PATH=VALUE; …; until=T; every=DT"."""
     from trunnion.analysis.fits.experiment_design import Experiment
     from trunnion.scene.overrides import apply
 

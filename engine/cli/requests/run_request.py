@@ -28,8 +28,8 @@ FILES = {
 
 @dataclass(frozen=True)
 class RunRequest:
-    """A scene with its changes, arguments of ``simulate``, the columns that are kept, files by kind. selected: whether
-    ``--outputs`` names the columns, which the summary then shows."""
+    """A scene with its changes, the arguments of ``simulate``, the columns to keep, and files by kind. selected: whether
+    ``--outputs`` names the columns. The summary then shows these columns."""
 
     scene: Scene
     arguments: Mapping[str, Any]
@@ -39,18 +39,18 @@ class RunRequest:
 
 
 def names_columns(outputs: Sequence[str]) -> bool:
-    """Whether patterns name columns for the summary. The pattern ``*`` selects all columns, but names none of them."""
+    """Whether patterns name columns for the summary. The pattern ``*`` selects all columns, but names no column."""
     return bool(outputs) and "*" not in outputs
 
 
 def destinations(reader: ArgumentReader, **texts: str | None) -> dict[str, Path]:
-    """Files to write, by kind (``FILES``); mistakes go to ``reader``."""
+    """Files to write, by kind (``FILES``). Mistakes are added to ``reader``."""
     places = {kind: reader.destination(text, FILES[kind][1], FILES[kind][0]) for kind, text in texts.items()}
     return {kind: path for kind, path in places.items() if path is not None}
 
 
 def run_and_report(request: RunRequest, as_json: bool) -> int:
-    """Run the scene, write its files, print the summary; returns the exit code."""
+    """Run the scene, write its files, and print the summary. Returns the exit code."""
     result = simulated(request)
     files, late = write_files(result, request)
     shown = result.keeping(request.patterns)
@@ -84,8 +84,8 @@ def simulated(request: RunRequest) -> Result:
 
 
 def write_files(result: Result, request: RunRequest) -> tuple[dict[str, str], list[Problem]]:
-    """Write the files, also for a failed run; returns (files written, problems of the other files). The table is written first:
-    after Ctrl-C the table is complete, and the other files are not written."""
+    """Write the files, also for a failed run. Returns (written files, problems of the other files). The table is written first.
+    After Ctrl-C, the table is complete, and the other files are not written."""
     reader = ArgumentReader()
     written: dict[str, str] = {}
     try:
@@ -101,7 +101,7 @@ def write_files(result: Result, request: RunRequest) -> tuple[dict[str, str], li
 
 
 def write_kinds(result: Result, request: RunRequest, kinds: Sequence[str], written: dict[str, str], reader: ArgumentReader) -> None:
-    """Write files of these kinds. Adds written files to ``written``, and problems to ``reader``."""
+    """Write the files of these kinds. Adds written files to ``written``, and problems to ``reader``."""
     from trunnion.simulation.results.summary import has_motion
 
     for kind in kinds:
@@ -115,7 +115,7 @@ def write_kinds(result: Result, request: RunRequest, kinds: Sequence[str], writt
 
 
 def write_file(result: Result, request: RunRequest, kind: str, path: Path) -> Path:
-    """Write a file of this kind."""
+    """Write the file of one kind."""
     if kind == "table":
         return result.keeping(request.patterns).save(path)
     if kind == "plot":

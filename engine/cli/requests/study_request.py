@@ -1,5 +1,5 @@
-"""A study that ``optimise`` or ``refine`` requests. The cases of a study run in rounds; the answer is printed, written as a table
-and drawn.
+"""A study that ``optimise`` or ``refine`` requests. The cases of a study run in rounds. The command prints and draws the answer,
+and writes it as a table.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ def run_and_report_study(
     reader: ArgumentReader,
     **fields: Any,
 ) -> int:
-    """Run a study and report it. Returns the exit code, which is 1 if no case satisfies the request, or after Ctrl-C. kind:
-    "optimise" or "refine"; reader: collects the mistakes; fields: fields of ``StudyRequest``."""
+    """Run a study and report its answer. Returns the exit code, which is 1 if no case satisfies the request, or after Ctrl-C. kind:
+    "optimise" or "refine". reader: collects the mistakes. fields: fields of ``StudyRequest``."""
     from trunnion.analysis.studies.optimise_and_refine import run_study
     from trunnion.analysis.studies.request import StudyRequest, make_study
     from trunnion.batch.plan_and_runner import Run
@@ -104,7 +104,7 @@ def unit_of(sweep: Sweep, name: str) -> str:
 
 
 def boundary_lines(a: Mapping[str, Any]) -> list[str]:
-    """Places where outcomes change and the result jumps."""
+    """The values at which outcomes change or the result jumps, as lines."""
     rows = []
     for b in a["boundaries"][:SHOWN]:
         places = (f"{low:.7g} … {high:.7g}" for low, high in zip(b["low"], b["high"], strict=True))

@@ -22,7 +22,7 @@ Certify = Annotated[bool, typer.Option("--certify", help="Also compute the error
 
 
 def trajectory_arguments(patterns: Sequence[str], spacing: str | None, certify: bool, reader: ArgumentReader) -> dict[str, Any]:
-    """Arguments of ``plan`` for trajectories and errors; mistakes go to ``reader``."""
+    """The arguments of ``plan`` for trajectories and errors. Mistakes are added to ``reader``."""
     if spacing is not None and not patterns:
         reader.add("--spacing", *NO_ROWS)
     return {
@@ -33,7 +33,7 @@ def trajectory_arguments(patterns: Sequence[str], spacing: str | None, certify: 
 
 
 def rows_destination(rows: str | None, patterns: Sequence[str], reader: ArgumentReader) -> Path | None:
-    """The file or folder of the rows; mistakes go to ``reader``."""
+    """The file or folder for the stored rows. Mistakes are added to ``reader``."""
     if patterns and rows is None:
         reader.add("--trajectories", "no file for the stored rows is given", "add --rows FILE, such as rows.parquet")
     if rows is not None and not patterns:
@@ -44,5 +44,5 @@ def rows_destination(rows: str | None, patterns: Sequence[str], reader: Argument
     if folder.is_file():
         reader.add("--rows", f"{rows!r} is a file", "end it in .csv or .parquet, or choose another folder")
     elif not folder.absolute().parent.is_dir():
-        reader.add("--rows", f"the folder {str(folder.parent)!r} does not exist", "create it, or choose another")
+        reader.add("--rows", f"the folder {str(folder.parent)!r} does not exist", "create the folder, or choose another")
     return folder

@@ -38,12 +38,12 @@ Sampling = Annotated[
 
 
 def values_by_path(texts: Sequence[str], where: str, reader: ArgumentReader) -> dict[str, str]:
-    """{path: values} of PATH=VALUES words."""
+    """{path: values} from words PATH=VALUES."""
     return reader.named_values(texts, where, "PATH=VALUES", f"{MU}=0.1:0.6:26, or =0.1,0.2")
 
 
 def bounds_by_path(texts: Sequence[str], reader: ArgumentReader) -> dict[str, list[str]]:
-    """{path: [low, high]} of the PATH=LOW:HIGH words of ``--vary``."""
+    """{path: [low, high]} from the words PATH=LOW:HIGH of ``--vary``."""
     out: dict[str, list[str]] = {}
     for path, text in values_by_path(texts, "--vary", reader).items():
         ends = [part.strip() for part in text.split(":")]
@@ -55,7 +55,7 @@ def bounds_by_path(texts: Sequence[str], reader: ArgumentReader) -> dict[str, li
 
 
 def spreads_by_path(texts: Sequence[str], reader: ArgumentReader) -> dict[str, list[str] | str]:
-    """{path: [low, high], or the text of a distribution} of the words of ``--sample``."""
+    """{path: [low, high], or the text of a distribution} from the words of ``--sample``."""
     out: dict[str, list[str] | str] = {}
     for path, text in values_by_path(texts, "--sample", reader).items():
         ends = [part.strip() for part in text.split(":")]

@@ -1,1 +1,1 @@
-"""Kinds of output columns, each in a file of its own."""
+"""Kinds of output columns, one file for each kind."""

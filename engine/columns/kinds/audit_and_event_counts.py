@@ -14,7 +14,7 @@ OVERRUNS = ", ".join(f"{o.value} {o.name.lower()}" for o in Overrun).replace("_"
 
 
 def bounded(s: Subject) -> bool:
-    """Whether steps have a bounded cost, for real-time use."""
+    """Whether the scene has real-time steps, whose cost is bounded."""
     return s.data.bounded
 
 

@@ -7,7 +7,7 @@ from trunnion.columns.subjects import ROD
 
 
 def axial_force(wrench: SX, pose: Pose) -> dict[str, SX]:
-    """The force on the outboard part in the direction towards the inboard point."""
+    """The force on the outboard part, positive towards the inboard point."""
     return {"force": -ca.dot(wrench[:3], pose.s) / ca.norm_2(pose.s)}
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def tensions(friction: FrictionTerms, eta: SX) -> dict[str, list[SX]]:
-    """The tensions, from the friction at the surface."""
+    """The tensions, computed from the friction at the surface."""
     found = friction.element.contact.tensions
     assert found is not None
     return {"tension": found(eta, friction.numbers)}

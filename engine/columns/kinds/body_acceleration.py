@@ -7,8 +7,8 @@ from trunnion.columns.subjects import BODY
 
 
 def acceleration(motion: Motion, centre: SX, gravity: SX, Z: SX) -> dict[str, SX]:
-    """Acceleration r̈ + ω̇ × R c + ω × (ω × R c) of the mass centre. In Ż, gravity is an acceleration −g of the ground; therefore
-    r̈ = Ż[:3] + g."""
+    """Acceleration r̈ + ω̇ × R c + ω × (ω × R c) of the mass centre. Ż contains gravity as an acceleration −g of the ground.
+    Therefore r̈ = Ż[:3] + g."""
     from trunnion.recursion.vector_algebra import cross
 
     lever = motion.R @ centre

@@ -7,7 +7,7 @@ from trunnion.columns.subjects import BRISTLES
 
 
 def deflection(state: SX, scale: SX) -> dict[str, SX]:
-    """Deflection = state / scale. A bristle's state is the friction ratio σ0 z: deflection z times scale σ0."""
+    """Deflection z = state / scale. The state of a bristle is the friction ratio σ0 z, and the scale is σ0."""
     return {"deflection": state / scale}
 
 

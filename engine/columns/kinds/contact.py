@@ -20,12 +20,12 @@ TINY = 1e-300
 TOUCHING = 1e-140
 """A contact is closed if its normal force is above this value, N."""
 WATCHED = 4
-"""Number of values of a ``tr_contact``: the force, then the watched vector's components on the cosine axis, the sine axis and the
-third axis. The contact's angle is atan2(sine component, cosine component)."""
+"""Number of values of a ``tr_contact``. They are the force and three components of a vector: along the cosine axis, the sine axis
+and the third axis. The contact's angle is atan2(sine component, cosine component)."""
 
 
 def contacts(friction: FrictionTerms, reaction: SX, rates: SX, multipliers: SX, pose: Pose) -> dict[str, list[SX]]:
-    """Contacts of a joint by the closed forms of §7. Vectors are in the inboard joint frame."""
+    """Contacts of a joint, computed by the closed forms of §7 of the paper. Vectors are in the inboard joint frame."""
     from trunnion.recursion.complement_equation_terms import wrench
     from trunnion.recursion.joint_reactions import pin_axes
 
@@ -41,8 +41,8 @@ def contacts(friction: FrictionTerms, reaction: SX, rates: SX, multipliers: SX, 
 
 
 def _touch(c: Contact, turn: SX) -> dict[str, list[SX]]:
-    """Outputs of one contact. turn: rotation from the pin's frame into the inboard joint frame (3×3). The angle is measured in the
-    pin's frame, or for contacts with ``inboard`` (ball) in the inboard joint frame."""
+    """The outputs of one contact. turn: rotation from the pin's frame into the inboard joint frame (3×3). The angle is measured in
+    the pin's frame. For contacts with ``inboard`` (ball), the angle is measured in the inboard joint frame."""
     vector = turn @ ca.vertcat(*c.vector)
     normal = vector / ca.sqrt(ca.dot(vector, vector) + TINY)
     (axis, base), third = c.plane, 3 - c.plane[0] - c.plane[1]
@@ -62,7 +62,7 @@ def angle(y: SX, x: SX) -> SX:
 
 
 def count(s: Subject) -> int:
-    """Number of contacts."""
+    """Number of contacts of a joint."""
     return CONTACTS[s.data.friction.contact].count
 
 
@@ -72,7 +72,7 @@ def elevates(s: Subject) -> bool:
 
 
 def held(_: Subject) -> str:
-    """Post-processing: an open contact has no angle, so the runtime outputs its last one."""
+    """Post-processing: an open contact has no angle, so the runtime outputs the last angle of the contact."""
     return "hold"
 
 

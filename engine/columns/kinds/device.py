@@ -7,7 +7,7 @@ from trunnion.columns.subjects import DEVICE
 
 
 def device(effort: SX, rate: SX) -> dict[str, SX]:
-    """The effort, and the power = effort × rate."""
+    """The effort and the power. power = effort × rate."""
     return {"effort": effort, "power": effort * rate}
 
 

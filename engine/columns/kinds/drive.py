@@ -7,8 +7,8 @@ from trunnion.columns.subjects import DRIVEN
 
 
 def drive(effort: SX, rate: SX) -> dict[str, SX]:
-    """The effort is the transmitted force along the freedom, minus the forces of friction and devices, plus the inertia force of
-    the rotor. The power is effort × rate. The reaction acts on the drive's source, for example a motor in another model."""
+    """Effort = transmitted force along the freedom − forces of friction and devices + inertia force of the rotor. The power is
+    effort × rate. The reaction acts on the drive's source, for example a motor in another model."""
     return {"effort": effort, "reaction": -effort, "power": effort * rate}
 
 

@@ -1,4 +1,4 @@
-"""Gap of a joint that only pushes."""
+"""Gap of a joint whose contact can only push, such as a cam and its follower."""
 
 from trunnion.columns.declaration import ColumnKind, Quantity
 from trunnion.columns.operands import GAP

@@ -6,7 +6,8 @@ from trunnion.columns.subjects import COORDINATES, Subject
 
 
 def continued(s: Subject) -> str:
-    """Post-processing: measured angles of cut joints are within ±π, so the runtime adds multiples of 2π to make them continuous."""
+    """Post-processing: measured angles of cut joints are within ±π. The runtime adds multiples of 2π, so that the angles are
+    continuous."""
     return "wrap" if s.data.cut and s.data.kind.coordinates[s.key[1]] == "angle" else ""
 
 

@@ -1,4 +1,4 @@
-"""Number of the tooth on which the hook of a latch is."""
+"""Number of the tooth that holds the hook of a latch."""
 
 from trunnion.columns.declaration import ColumnKind, Quantity
 from trunnion.columns.operands import LATCH_HOOK

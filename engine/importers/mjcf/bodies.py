@@ -112,7 +112,7 @@ class BodyConverter:
         return replace(g, at=at @ g.at, mass=g.mass.placed(at))
 
     def _link(self, name: str, kind: str, mass: MassProperties, geoms: list[Geom], carrier: str, at: Pose) -> str:
-        """Add a link and return its name. ``at`` is its initial pose in the link ``carrier``."""
+        """Add a link and return its name. ``at`` is the initial pose of the new link in the link ``carrier``."""
         made = self.names.new(name, kind)
         self.linkage.links[made] = Link(mass.mass, mass.center, mass.inertia, drawn(geoms, mass.center))
         self.world[made] = self.world[carrier] @ at
@@ -169,13 +169,13 @@ class BodyConverter:
                 link.mass, link.inertia = link.mass * scale, link.inertia * scale
         self.linkage.complete_masses()
         self._tune_springs()
-        lifts = not {"spring", "damper"} <= self.model.disabled  # MuJoCo then omits all passive forces
+        lifts = not {"spring", "damper"} <= self.model.disabled  # with both disabled, MuJoCo omits all passive forces
         for name, share in self.lifted.items():
             if share and lifts and any(self.linkage.gravity):
                 self.linkage.lift(self.names.new(f"{name}_lift", "force"), name, share)
 
     def _tune_springs(self) -> None:
-        """Compute stiffness and damping of those springs for which the file gives time constant and damping ratio in the initial
+        """Compute stiffness and damping of the springs for which the file gives time constant and damping ratio in the initial
         pose."""
         swinging = {f.name: f.swing for f in self.freedoms if f.swing and f.kind.nv == 1}
         if not swinging:

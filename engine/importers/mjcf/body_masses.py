@@ -85,7 +85,8 @@ class MassReader:
     # -- geoms --------------------------------------------------------------------------------------------------------------
 
     def geom(self, e: Element, around: str, weighs: bool) -> Geom | None:
-        """A geom; it has a mass only if ``weighs``. None for a plane or height field, and for a geom with a fault."""
+        """A geom of a body. The geom has a mass only if ``weighs``. None for a plane or height field, and for a geom with a
+        fault."""
         said = self.model.attributes(e, around)
         kind = said.get("type", "sphere")
         if kind in FLAT:
@@ -202,8 +203,8 @@ class MassReader:
         return self._within_bounds(body, sum_of([g.mass for g in geoms]) if how != "false" else MassProperties())
 
     def principal_frame(self, body: Element) -> Pose | None:
-        """Frame at the mass centre with MuJoCo's principal axes, in the body. MuJoCo chooses the axes itself unless the file gives
-        moments about them; the result is then None."""
+        """Pose, in the body, of the frame at the mass centre with MuJoCo's principal axes. The result is None unless the file gives
+        the moments about these axes, because MuJoCo then chooses the axes."""
         own = body.first("inertial")
         known = own is not None and self.model.settings.from_geoms != "true" and "fullinertia" not in own.attributes
         return self.model.pose(own, own.attributes) if own is not None and known else None
@@ -231,8 +232,8 @@ class MassReader:
 
 
 def drawn(geoms: list[Geom], center: np.ndarray) -> dict[str, Any]:
-    """Scene keys that draw the geoms which MuJoCo shows. If all geoms are hidden (under a skin), the geoms of the lowest group are
-    drawn."""
+    """Scene keys that draw the geoms which MuJoCo shows. If MuJoCo hides all geoms (under a skin), the keys draw the geoms of the
+    lowest group."""
     first = min((g.group for g in geoms), default=0.0)
     return visual_shapes.drawn([s for g in geoms if g.group < HIDDEN or g.group == first for s in _solids(g)], center)
 

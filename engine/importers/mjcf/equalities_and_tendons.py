@@ -1,5 +1,5 @@
-"""Equalities and tendons of MJCF. Equalities of bodies become joints that close loops; equalities of two joints become couplings.
-Tendons between two sites become springs. Other equalities, and other tendons with forces, are refused."""
+"""Equalities and tendons of MJCF. Equalities of bodies become joints that close loops. Equalities of two joints become couplings.
+Tendons between two sites become springs. The importer refuses other equalities, and other tendons with forces."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from trunnion.importers.xml_reader import Element, is_zero
 
 REMEDY = 'active="false" disables it'
 PULLING = {"stiffness": "spring", "damping": "damper", "frictionloss": "frictionloss", "armature": ""}
-"""Attributes that make a tendon exert forces, each with the flag that disables them."""
+"""{attribute that makes a tendon exert a force: flag that disables this force}."""
 
 
 class EqualitiesAndTendons:
@@ -59,7 +59,8 @@ class EqualitiesAndTendons:
         return known[name]
 
     def _ends(self, e: Element) -> tuple[LinkPose, LinkPose, bool] | None:
-        """(the two places that an equality connects, whether they are sites); None if there is a fault or both are on one link."""
+        """(the two places that an equality connects, whether these places are sites). None if there is a fault, or if both places
+        are on one link."""
         by_site = "site1" in e.attributes
         known = self.bodies.sites if by_site else self.bodies.places
         kind = "site" if by_site else "body"
@@ -108,7 +109,8 @@ class EqualitiesAndTendons:
     # -- tendons ------------------------------------------------------------------------------------------------------------
 
     def _tendon(self, e: Element) -> bool:
-        """Import a tendon as a spring, or refuse the tendon. A tendon without forces is ignored, and the result is then False."""
+        """Import a tendon as a spring, or refuse the tendon. For a tendon without forces, the function does nothing and returns
+        False."""
         said = self.model.attributes(e, "", "tendon")
         acting = [k for k, flag in PULLING.items() if k in said and flag not in self.model.disabled]
         own = {k: (self.found.numbers(e, k, said[k], (1, 2, 3)) or [0.0])[0] for k in acting}

@@ -36,7 +36,7 @@ class Settings:
     total         total mass, kg; 0 means no scaling
     meshes        folder of the meshes
     strip         whether folders in mesh file names are ignored
-    align         whether free joints without child bodies are aligned, unless they say otherwise
+    align         whether free joints without child bodies are aligned by default
     """
 
     degrees: bool = True
@@ -75,7 +75,7 @@ class Model:
         self.disabled = self._disabled()
 
     def sections(self, tag: str) -> list[Element]:
-        """All sections with a tag; a file may contain a section several times."""
+        """All sections with a tag. A file may contain several sections with one tag."""
         return self.root.all(tag)
 
     # -- files --------------------------------------------------------------------------------------------------------------
@@ -152,7 +152,7 @@ class Model:
         )  # fmt: skip
 
     def _disabled(self) -> set[str]:
-        """The names of the features that <flag> disables, without features that do not affect the motion of a scene."""
+        """The names of the features that <flag> disables. Features without effect on the motion of a scene are omitted."""
         flags: Attributes = {}
         for option in self.sections("option"):
             for e in option.all("flag"):

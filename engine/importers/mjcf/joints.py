@@ -31,8 +31,8 @@ class MjcfJoint:
     name    name of the scene's joint
     start   initial coordinates that are not zero
     limits  smallest and largest coordinate
-    swing   time constant, s, and damping ratio of its spring and damper in the initial pose
-    frame   of a free joint: the frame in the body that its coordinates refer to; None if it is not known
+    swing   time constant, s, and damping ratio of the joint's spring and damper in the initial pose
+    frame   for a free joint: frame in the body to which the coordinates refer; None if unknown
     """
 
     type: str
@@ -118,7 +118,7 @@ def _spring(model: Model, e: Element, said: Attributes, f: MjcfJoint, angle: Any
 
 
 def _coefficient(model: Model, e: Element, said: Attributes, key: str) -> float:
-    """The number of an attribute. A polynomial is accepted if its higher coefficients are zero."""
+    """The number that an attribute gives. A polynomial is accepted if its higher coefficients are zero."""
     found = model.found.numbers(e, key, said[key], (1, 2, 3)) if key in said else None
     if found and any(found[1:]):
         model.found.add(e, e.get("name") or e.tag, f"{key} is a polynomial: {said[key]}", "scenes support only a single number")

@@ -22,7 +22,7 @@ class MassProperties:
     inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
 
     def placed(self, at: Pose) -> MassProperties:
-        """This mass in a frame in which its own frame has the pose ``at``."""
+        """These mass properties, expressed in another frame. ``at`` is the pose of the present frame in that frame."""
         R = at[:3, :3]
         return MassProperties(self.mass, at[:3, 3] + R @ self.center, R @ self.inertia @ R.T)
 
@@ -42,14 +42,15 @@ def solid(corners: np.ndarray, way: str) -> MassProperties:
     apex = (area[:, None] * corners.mean(axis=1)).sum(axis=0) / area.sum() if way == "legacy" else np.zeros(3)
     parts = _volumes(corners - apex, way)
     center = apex + (parts[:, None] * (corners - apex).sum(axis=1) / 4).sum(axis=0) / parts.sum()
-    arms = corners - center  # the legacy method repeats the computation with the apex at this centre, which changes the volume
+    arms = corners - center  # the legacy method repeats the computation with this centre as apex, which changes the volume
     parts, total = _volumes(arms, way), arms.sum(axis=1)
     second = (np.einsum("nki,nkj,n->ij", arms, arms, parts) + np.einsum("ni,nj,n->ij", total, total, parts)) / 20
     return MassProperties(float(parts.sum()), center, np.trace(second) * np.eye(3) - second)
 
 
 def _volumes(corners: np.ndarray, way: str) -> np.ndarray:
-    """Volumes (n) of the tetrahedra formed by the triangles (n×3×3) and the origin; absolute values for the legacy method."""
+    """Signed volumes (n) of the tetrahedra formed by the triangles (n×3×3) and the origin. The legacy method has absolute
+    values."""
     parts = np.einsum("ni,ni->n", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
     return np.abs(parts) if way == "legacy" else parts
 

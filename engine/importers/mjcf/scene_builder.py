@@ -19,16 +19,16 @@ from trunnion.scene.data_classes.scene import Scene
 def scene_of_mjcf(file: str | Path, stops: float | None = None) -> tuple[Scene, list[str]]:
     """(scene, notes on omissions).
 
-    Joints keep their names; coordinates are zero in the file's initial pose. armature becomes ``rotor_inertia``, frictionloss
-    becomes constant friction, and connect and weld become joints that close loops. The scene starts in the first keyframe. Content
-    that <flag> disables is omitted. ``stops`` is the stiffness of end stops at joint limits, N/m and N m/rad; None omits the
-    limits. SceneError lists everything that a scene cannot represent, with file and line."""
+    Joints keep their names. Coordinates are zero in the file's initial pose. The attribute ``armature`` becomes ``rotor_inertia``,
+    and ``frictionloss`` becomes constant friction. The elements ``connect`` and ``weld`` become joints that close loops. The scene
+    starts in the first keyframe. Content that <flag> disables is omitted. ``stops`` is the stiffness of end stops at joint limits,
+    N/m and N m/rad; None omits the limits. SceneError lists everything that a scene cannot represent, with file and line."""
     linkage, model, _ = linkage_of_mjcf(Path(file))
     return linkage.scene(stops), model.found.notes
 
 
 def linkage_of_mjcf(file: Path) -> tuple[Linkage, Model, BodyConverter]:
-    """(linkage, model, bodies) of an MJCF file. SceneError if the file cannot be read or nothing in it moves."""
+    """(linkage, model, bodies) of an MJCF file. SceneError if the file cannot be read, or if the mechanism cannot move."""
     model = Model(existing(file))
     linkage = Linkage(model.name or file.stem, model.found, _gravity(model))
     bodies = BodyConverter(model, linkage)
@@ -70,7 +70,7 @@ def _actuators(model: Model, bodies: BodyConverter) -> None:
 
 
 def _keyframe(model: Model, bodies: BodyConverter) -> None:
-    """Set the start values to the first keyframe with coordinates or rates, if there is one."""
+    """Set the start values to the first keyframe with coordinates or rates, if the file has such a keyframe."""
     key = next((k for k in model.entries("keyframe") if k.tag == "key" and (k.get("qpos") or k.get("qvel"))), None)
     if key is None:
         return
@@ -93,7 +93,7 @@ def _keyframe(model: Model, bodies: BodyConverter) -> None:
 
 
 def _key_numbers(model: Model, key: Element, freedoms: list[MjcfJoint], name: str) -> list[list[float]] | None:
-    """The coordinates (qpos) or rates (qvel) of each joint in a keyframe; None if the keyframe does not give them."""
+    """The coordinates (qpos) or rates (qvel) of each joint in a keyframe; None if the keyframe does not give these numbers."""
     counts = [f.kind.nq if name == "qpos" else f.kind.nv for f in freedoms]
     given = model.found.numbers(key, name, key.get(name), (sum(counts),)) if key.get(name) else None
     ends = np.cumsum(counts)
@@ -101,8 +101,9 @@ def _key_numbers(model: Model, key: Element, freedoms: list[MjcfJoint], name: st
 
 
 def _body_start(f: MjcfJoint, at: list[float], rates: list[float]) -> tuple[list[float], list[float]]:
-    """(coordinates, rates) of a ball or a free joint in the scene. MuJoCo gives angular velocities in the axes of the moving body,
-    scenes in the axes of the inboard part. The coordinates of an aligned free joint place the frame ``f.frame``."""
+    """(coordinates, rates) of a ball or a free joint in the scene. MuJoCo gives angular velocities in the axes of the moving body.
+    Scenes give angular velocities in the axes of the inboard part. The coordinates of an aligned free joint place the frame
+    ``f.frame``."""
     moved = of_quaternion(at[-4:])
     spin = moved @ rates[-3:]
     if len(rates) == 3:

@@ -1,4 +1,4 @@
-"""Importer of SDF, the format of Gazebo: frames relative to each other, models, links and joints."""
+"""Importer of SDF, the format of Gazebo. A file has models, links, joints, and frames relative to each other."""
 
 from trunnion.importers.sdf.scene_builder import scene_of_sdf
 

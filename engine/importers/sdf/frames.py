@@ -1,4 +1,5 @@
-"""Frames of SDF: models, links, joints and explicit frames by full name, each placed relative to another frame."""
+"""Frames of SDF by full name. Models, links, joints and explicit frames are frames. Each frame is placed relative to another
+frame."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ class Frame:
     """A frame.
 
     at         pose relative to the frame ``within``
-    held_by    full name of the link or frame that the frame moves with; "" if the frame is that of a link
+    held_by    full name of the link or frame that the frame moves with; "" for the frame of a link
     placement  for a model: full name of the frame to which ``at`` applies, if not to the model's own frame
     """
 
@@ -58,7 +59,8 @@ class Frames:
         return pose(x[:3], rpy(*angles))
 
     def base(self, e: Element, scope: str) -> str:
-        """Full name of the frame that the pose of an element names; "" if it names none. SDF 1.6 calls the attribute ``frame``."""
+        """Full name of the frame to which the pose of an element is relative; "" if the pose names no frame. SDF 1.6 calls the
+        attribute ``frame``."""
         given = e.first("pose")
         named = given.get("relative_to") or given.get("frame") if given is not None else ""
         return self.full(scope, named) if named else ""

@@ -15,7 +15,7 @@ TYPES = {
     "revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "ball": "spherical",
     "universal": "universal", "screw": "screw", "revolute2": "revolute",
 }  # fmt: skip
-"""The scene's joint type by SDF type; a revolute2 becomes two revolutes in series."""
+"""{joint type of SDF: joint type of a scene}. A joint ``revolute2`` becomes two revolute joints in series."""
 
 
 def axis_of(found: Findings, joint: Element, axis: Element | None) -> tuple[np.ndarray, str | None]:
@@ -38,7 +38,7 @@ def crossed(first: Pose, second: Pose) -> Pose:
 
 
 def pitch_of(found: Findings, joint: Element) -> dict[str, Any]:
-    """The scene key for the pitch of a screw (travel per turn, m); empty for other joints."""
+    """The scene key for the pitch of a screw (travel per turn, m). The result is empty for other joints."""
     if joint.get("type") != "screw":
         return {}
     if joint.first("screw_thread_pitch") is not None:

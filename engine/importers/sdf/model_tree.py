@@ -1,4 +1,4 @@
-"""Models of SDF, also nested and included ones: their links, joints and frames by full name."""
+"""Models of SDF, including nested and included models, with their links, joints and frames by full name."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class ModelItem:
 
 
 class Models:
-    """The content of a file: gravity, m/s²; links by full name; joints; all frames. ``old`` means that the format version
+    """The content of a file: gravity (m/s²), links by full name, joints, and all frames. ``old`` means that the format version
     expresses axes in the frame of the model."""
 
     def __init__(self, root: Element, folder: Path, found: Findings):
@@ -63,8 +63,8 @@ class Models:
                 self.joints.append(ModelItem(c, scope, still))
 
     def _add_model(self, e: Element, scope: str, still: bool, placed: Element | None = None) -> None:
-        """Add a model. ``placed`` is the <include> that names the model; pose, name and static flag of the <include> override those
-        of the model."""
+        """Add a model. ``placed`` is the <include> that names the model. The pose, name and static flag of the <include> override
+        those of the model."""
         sayers = [x for x in (placed, e) if x is not None]
         named = [n for n in (x.text_of("name") for x in sayers[:-1]) if n]
         static = next((x.text_of("static") for x in sayers if x.first("static") is not None), "")

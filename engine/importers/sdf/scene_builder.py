@@ -1,4 +1,4 @@
-"""Importer of SDF: models with links and joints, nested or included, as one linkage."""
+"""Importer of SDF. All models of a file, including nested and included models, become one linkage."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SOLIDS = {
 
 
 def scene_of_sdf(file: str | Path, stops: float | None = None) -> tuple[Scene, list[str]]:
-    """(scene, notes on omissions). Static models become part of the ground; links without a joint move freely. ``stops`` is the
+    """(scene, notes on omissions). Static models become part of the ground. Links without a joint move freely. ``stops`` is the
     stiffness of end stops at joint limits, N/m and N m/rad; None omits the limits.
 
     SceneError lists everything that a scene cannot represent, each with its line."""
@@ -37,7 +37,7 @@ def scene_of_sdf(file: str | Path, stops: float | None = None) -> tuple[Scene, l
     return scene, found.notes
 
 PARALLEL = 1.0 - 1e-9
-"""Cosine between two axes above which they count as parallel."""
+"""Two axes count as parallel if the cosine between them is above this value."""
 
 
 class SdfReader:
@@ -51,7 +51,7 @@ class SdfReader:
     # -- the linkage --------------------------------------------------------------------------------------------------------
 
     def linkage(self, name: str) -> Linkage:
-        """The linkage of all links and joints; ``found`` collects faults."""
+        """The linkage of all links and joints. ``found`` collects the faults of the file."""
         models = [m for e in (self.root, *self.root.all("world")) for m in e.all("model")]
         called = models[0].get("name") if len(models) == 1 else name
         out = Linkage(plain_name(called, ascii_only=False), self.found, self.models.gravity)
@@ -152,7 +152,7 @@ class SdfReader:
             out.limits[made] = (self.found.child(limit, "lower", -np.inf), self.found.child(limit, "upper", np.inf))
 
     def _axis(self, j: ModelItem, at: Pose, tag: str) -> Pose:
-        """Pose of a frame whose first direction is the axis, relative to the joint's frame."""
+        """Pose, relative to the joint's frame, of a frame whose first direction is the axis."""
         e = j.element.first(tag)
         given, expressed = axis_of(self.found, j.element, e)
         if expressed is None and (self.models.old or (e is not None and e.text_of("use_parent_model_frame") in ("true", "1"))):

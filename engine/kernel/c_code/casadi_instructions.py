@@ -1,8 +1,8 @@
 """Instructions of CasADi functions as single assignments, in Python lists. Each value is computed once.
 
 A query of one instruction costs four microseconds. This module therefore parses the text in which CasADi prints all instructions at
-once. One query for each form of a line gives the meaning of this form. Equal operations are merged here, because CasADi's own
-search for them takes longer than all other work. """
+once. One query for each form of a line gives the meaning of this form. This module merges equal operations, because CasADi's search
+for them takes longer than all other work. """
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ COMMUTES = {ca.OP_ADD, ca.OP_MUL, ca.OP_FMIN, ca.OP_FMAX, ca.OP_EQ, ca.OP_NE, ca
 LEAVES = {ca.OP_CONST, ca.OP_INPUT}
 RESULT = re.compile(r"@(\d+)")
 OFTEN = 4096
-"""Number of instructions between two checks for interrupts. This number takes about ten milliseconds."""
+"""Number of instructions between two checks for interrupts. These instructions take about ten milliseconds."""
 WITHOUT_DIGITS = str.maketrans("", "", "0123456789")
 Instruction = tuple[int, int, tuple[int, ...]]
-"""Operation, index of its value, indices of its operands."""
+"""(operation, index of its value, indices of its operands)."""
 
 
 @dataclass
@@ -75,14 +75,14 @@ _known: dict[str, tuple[int, int]] = {}
 
 
 def _listed(f: ca.Function) -> Iterator[Instruction]:
-    """All instructions of a function, in order. The operand of an output instruction is the value that the function returns."""
+    """All instructions of a function, in order. The operand of an output instruction is the value that the instruction returns."""
     heed()
     text = f.str(True).partition("Algorithm:\n")[2].rstrip("\n")
     heed()
     forms = text.translate(WITHOUT_DIGITS).split("\n")
     lines = text.split("\n")
     heed()
-    if len(lines) != f.n_instructions():  # unexpected format: query every instruction
+    if len(lines) != f.n_instructions():  # the format is unexpected, so query every instruction
         yield from (_asked(f, k) for k in range(f.n_instructions()))
         return
     numbers = map(int, RESULT.findall(text))
@@ -105,7 +105,7 @@ def _listed(f: ca.Function) -> Iterator[Instruction]:
 
 
 def _asked(f: ca.Function, k: int) -> Instruction:
-    """Instruction k, from a query of CasADi."""
+    """Instruction k, as CasADi answers a query."""
     op = f.instruction_id(k)
     if op == ca.OP_OUTPUT:
         return op, 0, tuple(f.instruction_input(k))
@@ -113,8 +113,8 @@ def _asked(f: ca.Function, k: int) -> Instruction:
 
 
 def _learn(f: ca.Function, k: int, form: str, line: str) -> bool:
-    """Store the operation and operands of a form if CasADi's answer about instruction k agrees with its printed line. Returns
-    whether they agree."""
+    """Store the operation and operands of a form if CasADi's answer about instruction k agrees with the printed line. Returns
+    whether answer and line agree."""
     op, value, operands = _asked(f, k)
     numbers = tuple(map(int, RESULT.findall(line)))
     if numbers != (operands if op == ca.OP_OUTPUT else (value, *operands)):

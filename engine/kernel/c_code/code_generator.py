@@ -1,7 +1,7 @@
 """Generation of C code from symbolic expressions, in stages. Each input has a stage (parameters 0, state 1, multipliers 2, …). An
 operation belongs to the latest stage of its operands. A result that depends only on parameters is therefore computed once
 (``prepare``). A result that depends only on the state is computed before the multipliers. Arrays pass values to later stages. Long
-functions are split into pieces, so that compile time is linear in length. """
+functions are split into pieces, so that the compile time grows linearly with the length. """
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trunnion.kernel.c_code.casadi_instructions import Instruction, assignments
 SX = ca.SX
 PIECE = 2500
 """Number of operations per C function. Above a few thousand, compile time grows faster than linearly. Pieces of 300 or 600
-operations would compile in four fifths of the time, but stepping units would run 10 to 15 percent longer, and dense Jacobians 3
+operations would compile in four fifths of the time. Stepping units would then run 10 to 15 percent longer, and dense Jacobians 3
 percent."""
 
 SCRATCH = "s_"
@@ -42,11 +42,11 @@ FUNCTIONS = {name: given.count("{") for form in (BINARY | UNARY).values() for na
 MATH = "".join(f"double {name}({','.join(['double'] * count)});\n" for name, count in FUNCTIONS.items()) + (
     "#ifndef NAN\n#define NAN __builtin_nan(\"\")\n#define INFINITY __builtin_inf()\n#endif\n"
 )
-"""Declarations from <math.h> that generated code needs. The header itself would take a sixth of the compile time of a small
+"""Declarations from <math.h> that generated code needs. To include <math.h> would take a sixth of the compile time of a small
 unit."""
 FORMS = {op: form.replace("{0}", "%s").replace("{1}", "%s") for op, form in (BINARY | UNARY).items()}
 DOUBLED = {op for op, form in UNARY.items() if form.count("{0}") == 2}
-"""Operations whose text repeats their operand."""
+"""Operations whose C text contains the operand twice."""
 DEPTH = 20
 """Largest nesting of operations in an expression. Each operation adds up to three levels of brackets. Compilers accept at least 63
 levels (C11, 5.2.4.1)."""
@@ -56,7 +56,7 @@ Place = tuple[int, int]
 @dataclass(frozen=True)
 class Input:
     """A symbolic input: C expression of its first element ("y", "y+3"), symbol, stage. transient: whether only this stage receives
-    the input; elements that later stages need are then stored."""
+    the input. Elements that later stages need are then stored."""
 
     name: str
     symbol: SX
@@ -107,7 +107,7 @@ def emit(inputs: list[Input], outputs: list[Output], stages: list[Stage]) -> Cod
 
 
 class _Emitter:
-    """Writes the stages of one set of outputs. A place (stage, piece) is a piece of a stage.
+    """Writes the stages of one set of outputs. A pair (stage, piece), the place, names a piece of a stage.
 
     Lists by value: ``stage`` (−1 for constants), ``home`` (place that computes the value; None for constants and inputs), ``uses``
     (number of reads), ``text`` (C expression at the present place), ``slot`` (array element that passes the value to other places).
@@ -176,7 +176,7 @@ class _Emitter:
         return outside
 
     def _gone(self, v: int, k: int) -> bool:
-        """Whether stage k does not receive the input v."""
+        """Whether the function of stage k lacks the input v."""
         if v not in self.code.inputs or k <= self.stage[v]:
             return False
         return self.stage[v] == 0 or self.inputs[self.code.inputs[v][0]].transient
@@ -189,8 +189,8 @@ class _Emitter:
             self.kept[k] += 1
 
     def _piece(self, place: Place, members: list[Instruction]) -> list[str]:
-        """Statements of a piece. Operations that only optional outputs need come last; before them, the function returns if the
-        array is absent."""
+        """Statements of a piece. Operations that only optional outputs need come last. Before these operations, the function
+        returns if the array is absent."""
         heed()
         writes = self.writes.get(place, [])
         optional = {array for _, _, array in writes if array}
@@ -207,7 +207,7 @@ class _Emitter:
         return body
 
     def _needed(self, members: list[Instruction], wanted: set[int]) -> set[int]:
-        """Those results of a piece that the values ``wanted`` or other places need."""
+        """The results of a piece that the values ``wanted`` or other places need."""
         needed = wanted | self.slot.keys()
         for _, v, operands in reversed(members):
             if v in needed:
@@ -216,7 +216,8 @@ class _Emitter:
 
     def _statements(self, members: list[Instruction], deep: dict[int, int]) -> list[str]:
         """Statements of some operations of a piece. A value that is used once is written into the expression that uses it, up to
-        the nesting ``DEPTH``. This halves the text and the number of variables. deep: nesting of these values."""
+        the nesting ``DEPTH``. These nested expressions halve the text and the number of variables. deep: nesting of the written
+        values."""
         text, body = self.text, []
         for op, v, operands in members:
             words = FORMS[op] % tuple([text[a] for a in operands])

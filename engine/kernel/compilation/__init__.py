@@ -1,1 +1,1 @@
-"""Compiler, cache of libraries, libraries of the installation."""
+"""The compiler, the cache of libraries, and the libraries of the installation."""

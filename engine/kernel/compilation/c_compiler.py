@@ -1,7 +1,8 @@
-"""The C compiler, from the pip package ``ziglang``. No other compiler is needed. Because this one fails without a home directory,
-its caches are redirected: a shared cache of constant size for system libraries, and for each build a cache that is deleted
-afterwards. Libraries for this machine are linked without start files, whose first build would take seconds. Debug tables are off,
-because they take a quarter of the time and four fifths of the size. Fast-math is never used, because tests for NaN must work."""
+"""The C compiler, from the pip package ``ziglang``. No other compiler is needed. This compiler fails without a home directory, so
+its caches are redirected. Builds share one cache of constant size for system libraries. Each build also has a cache that is deleted
+after the build. Libraries for this machine are linked without start files, because the first build of these files would take
+seconds. Debug tables are off, because they take a quarter of the time and four fifths of the size. Fast-math is never used, because
+tests for NaN must work."""
 
 from __future__ import annotations
 
@@ -29,14 +30,14 @@ FLAGS = (
     "-std=gnu11", "-O2", "-fno-unroll-loops", "-fno-vectorize", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast",
     "-fomit-frame-pointer", "-fPIC", "-fvisibility=default", "-w", "-g0",
 )  # fmt: skip
-"""Flags of all units. Automatic unrolling and vectorisation are off: loops are short, and their lengths are known only at run time.
-With them, the runtime takes twice as long to compile, and is 3 to 14 percent slower. Important loops are written with vectors
-(``base/compiler.h``). Frame pointers are off, because they slow generated code by 2 percent."""
+"""Flags of all units. Automatic unrolling and vectorisation are off, because loops are short and their lengths are known only at
+run time. With unrolling and vectorisation, the runtime takes twice as long to compile, and is 3 to 14 percent slower. Important
+loops are written with vectors (``base/compiler.h``). Frame pointers are off, because they slow generated code by 2 percent."""
 STRAIGHT = ("-fno-slp-vectorize",)
 LONG_TEXT = {"kernel": 41_000, "outputs": 0, "linear": 0, "jacobian": 11_000}
 """Number of characters of a unit's text above which straight-line code is not vectorised. This vectorisation takes half of the
-compile time. Short stepping units become up to 10 percent faster by it (double pendulum, 33,000 characters: 5 percent). Units above
-43,000 characters become 2 to 4 percent slower, and rows of columns 2 percent (twelve models: 0 to 6)."""
+compile time. The vectorisation makes short stepping units up to 10 percent faster (double pendulum, 33,000 characters: 5 percent).
+Units above 43,000 characters become 2 to 4 percent slower, and rows of columns 2 percent (twelve models: 0 to 6)."""
 LONG_PART = 30_000
 """Like ``LONG_TEXT``, for a bytecode primitive. Without this vectorisation, free bodies and ball joints with friction compile
 in half of the time. The run times of five models then changed by −3 to +7 percent."""
@@ -46,8 +47,8 @@ ROWS = ("outputs",)
 surrounding text, so the last bit of a column would depend on the other columns. Without contraction, a row with all columns takes
 up to 3 percent longer."""
 QUICK = ("-O0", "-fno-sanitize=all", "-fno-stack-protector")
-"""Flags for fast builds, which take a third of the compile time; steps are a sixth slower. The run-time checks that this compiler
-adds without optimisation are off, because they would cancel the gain."""
+"""Flags for fast builds, which take a third of the compile time and give steps that are a sixth slower. Without optimisation, this
+compiler would add run-time checks. The checks are off, because they would cancel the gain."""
 
 
 @dataclass(frozen=True)
@@ -103,11 +104,11 @@ SYSTEM_LIBRARIES = {
     "linux": ("-nostdlib", "-lm", "-lc"),
     "windows": ("-nostdlib", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("math", "heap", "stdio", "string", "private"))),
 }
-"""Linker options by operating system: a library uses the system's C library, without the compiler's own start files and libraries,
-whose build for Windows would take over a minute. ``ADDED_SOURCES`` defines the functions that are missing without them."""
+"""Linker options by operating system. A library uses the system's C library, but not the compiler's start files and libraries.
+Their build for Windows would take over a minute. ``ADDED_SOURCES`` defines the functions that are then missing."""
 WINDOWS = Path(__file__).with_name("windows_libc.c")
 ADDED_SOURCES = {"windows": (WINDOWS,)}
-"""C files that every library of an operating system contains in addition to its own."""
+"""C files that every library for an operating system contains in addition to its own files."""
 
 
 class CompilerError(RuntimeError):
@@ -147,7 +148,7 @@ def version_of(package: str) -> str:
     found = _installed(tuple(sys.path)).get(package.lower().replace("-", "_"), [])
     if len(found) == 1:
         return found[0]
-    from importlib.metadata import PackageNotFoundError, distribution  # imported here, because it takes 7 % of a start
+    from importlib.metadata import PackageNotFoundError, distribution  # imported here, because the import takes 7 % of a start
 
     try:
         return distribution(package).version
@@ -157,7 +158,7 @@ def version_of(package: str) -> str:
 
 @lru_cache(maxsize=4)
 def _installed(folders: tuple[str, ...]) -> dict[str, list[str]]:
-    """Versions of each installed package, from the names of the folders that describe packages."""
+    """Versions of each installed package, from the names of the folders ``*.dist-info``."""
     out: dict[str, list[str]] = {}
     for folder in folders:
         with suppress(OSError):
@@ -179,7 +180,7 @@ def library_suffix() -> str:
 
 
 def toolchain(machine: Machine | None = None) -> tuple[str, ...]:
-    """Everything that determines compiled code for a machine (by default this machine), except a library's own sources."""
+    """Everything that determines compiled code for a machine (by default this machine), except the sources of a library."""
     chosen = machine or host()
     added = (file.read_text() for file in ADDED_SOURCES.get(chosen.system, ()))
     return (compiler_version(), chosen.target, chosen.cpu, *FLAGS, *added)
@@ -191,14 +192,14 @@ def shared_cache(cache: Path) -> Path:
 
 
 def run(arguments: Sequence[str], cache: Path) -> None:
-    """Run ``zig cc`` with these caches. After a failure, the build is repeated without the shared cache, which may have been
-    pruned. A second failure raises CompilerError with the compiler's output."""
+    """Run ``zig cc`` with caches in the folder ``cache``. After a failure, the compiler runs again without the shared cache,
+    because another process may have pruned that cache. A second failure raises CompilerError with the compiler's output."""
     log.debug("compile: %s", " ".join(arguments))
     shared = shared_cache(cache)
     with tempfile.TemporaryDirectory(prefix=".compile-", dir=cache, ignore_cleanup_errors=True) as own:
         shared.mkdir(exist_ok=True)
         with suppress(OSError):
-            os.utime(shared)  # pruning removes the least recently used entries and shared caches
+            os.utime(shared)  # marks the cache as recently used, so that pruning keeps it
         code, complaint = _zig(arguments, shared, Path(own))
         if code:
             code, complaint = _zig(arguments, Path(own), Path(own))
@@ -210,7 +211,7 @@ def run(arguments: Sequence[str], cache: Path) -> None:
 
 
 def _zig(arguments: Sequence[str], shared: Path, own: Path) -> tuple[int, str]:
-    """Exit code and output of the compiler when it runs with these caches."""
+    """Exit code and output of a run of the compiler with these caches."""
     env = dict(os.environ, ZIG_GLOBAL_CACHE_DIR=str(shared), ZIG_LOCAL_CACHE_DIR=str(own))
     return compiler_processes.run([str(_program()), "cc", *arguments], env)
 
@@ -227,7 +228,7 @@ def needed(who: str, what: str, instead: str = "") -> None:
 
 @lru_cache(maxsize=1)
 def _program() -> Path:
-    """The compiler's executable in the package ``ziglang``. (``python -m ziglang`` would start it through another Python
+    """The compiler's executable in the package ``ziglang``. (``python -m ziglang`` would start the compiler through another Python
     interpreter.)"""
     found = find_spec("ziglang")
     if found is None or found.origin is None:
@@ -251,7 +252,7 @@ def unit_flags(unit: str, text: str) -> tuple[str, ...]:
 
 
 def optimised_flags(unit: str, text: str) -> tuple[str, ...]:
-    """Additional flags for a unit that is shipped. These flags do not depend on the environment."""
+    """Additional flags for a unit in an optimised build. These flags do not depend on the environment."""
     straight = STRAIGHT if unit in LONG_TEXT and len(text) > LONG_TEXT[unit] else ()
     return straight + (AS_WRITTEN if unit in ROWS else ())
 
@@ -274,15 +275,15 @@ def build_library(
     link = [f"-Wl,-install_name,@rpath/{library.name}"] if made_for.system == "macos" else SYSTEM_LIBRARIES.get(made_for.system, ())
     options = [*made_for.flags(), *FLAGS, *extra]
     folders = [f"-I{p}" for p in include]
-    if made_for.system == "windows":  # without the system's start files, the compiler does not find the system's headers
+    if made_for.system == "windows":  # without the start files of Windows, the compiler does not find the headers of Windows
         everything = (*sources, *ADDED_SOURCES["windows"])
         sources = [_object(source, library.parent, options + folders, cache) for source in everything]
-        options.append("-s")  # strip symbols, whose path of the build folder would make two builds differ
+        options.append("-s")  # strip symbols, which contain the path of the build folder
     run([*options, "-shared", *map(str, sources), *folders, "-o", str(library), *link], cache)
 
 
 def _object(source: Path, folder: Path, options: Sequence[str], cache: Path) -> Path:
-    """The object file of a source, compiled into a folder; a source that is an object file is returned unchanged."""
+    """The object file of a source, compiled into a folder. A source that is an object file is returned unchanged."""
     made = source if source.suffix == ".o" else folder / f"{source.stem}.o"
     if made != source:
         run([*options, "-c", str(source), "-o", str(made)], cache)

@@ -1,4 +1,4 @@
-"""Parallel compiler processes of a build. Ctrl-C or a failure ends all of them."""
+"""Parallel compiler processes of a build. Ctrl-C or a failure ends all processes."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
     from concurrent.futures import Future
 
 LOOKS = 0.05
-"""Seconds between checks for Ctrl-C and for cancellation while this thread waits for another."""
+"""Time, s, between checks for Ctrl-C and cancellation, while this thread waits for another thread."""
 Submit = Callable[..., "Future[Any]"]
-"""A function that runs another function, with its arguments, on a thread."""
+"""A function that runs another function, with given arguments, on a thread."""
 
 
 class BuildCancelled(RuntimeError):
-    """The build was cancelled; the result of a process is no longer needed."""
+    """The build was cancelled, so that the result of a process is not needed."""
 
 
 class CompilerProcesses:
-    """The processes of one build. ended: whether the build was cancelled; no process may start afterwards."""
+    """The processes of one build. ended: whether the build was cancelled. After that, no process may start."""
 
     def __init__(self) -> None:
         self.ended = False
@@ -37,7 +37,7 @@ class CompilerProcesses:
 
     def run(self, command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
         """Run a process to its end. Returns exit code and error output. Raises BuildCancelled if the build was cancelled."""
-        with TemporaryFile("w+", errors="replace") as told:  # no pipe, because child processes would keep it open
+        with TemporaryFile("w+", errors="replace") as told:  # a file, because child processes would keep a pipe open
             with self._lock:
                 if self.ended:
                     raise BuildCancelled
@@ -66,7 +66,7 @@ class CompilerProcesses:
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End a process. If the system has process groups, the process's children are also ended."""
+    """End a process. On systems with process groups, its child processes are ended, too."""
     with suppress(OSError):
         os.killpg(process.pid, signal.SIGKILL) if hasattr(os, "killpg") else process.kill()
     process.wait()
@@ -76,7 +76,7 @@ _CURRENT: ContextVar[CompilerProcesses | None] = ContextVar("programs", default=
 
 
 def run(command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
-    """Run a process as part of the surrounding build. Outside a build, run it alone."""
+    """Run a process as part of the surrounding build. Outside a build, the process runs alone."""
     around = _CURRENT.get()
     if around is not None:
         return around.run(command, env)
@@ -86,8 +86,8 @@ def run(command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
 
 
 def awaited(work: Future[Any]) -> Any:
-    """The result of work on another thread. Meanwhile this thread checks for interrupts. (Signals end a plain wait only on some
-    systems, and do not reach other threads.)"""
+    """The result of work on another thread. While this thread waits, it checks for interrupts. (A signal ends a plain wait only on
+    some systems, and only the main thread receives signals.)"""
     from concurrent.futures import wait
 
     while not wait([work], LOOKS).done:

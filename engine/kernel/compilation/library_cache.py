@@ -1,7 +1,8 @@
-"""The kernel cache: compiled libraries, by a digest of their content. The size of the cache is bounded, and concurrent builds are
-safe. An entry is a folder ``<kind>-<key>``, which is written under a temporary name and renamed when it is complete. If two
-processes build the same entry, both succeed, and one copy is discarded. The compiler's shared cache (``zig-…``, and ``zig`` of
-older versions) is pruned like an entry. If the shared cache is pruned during a build, the build continues without it. """
+"""The kernel cache holds compiled libraries, by a digest of everything that determines them. The size of the cache is bounded, and
+concurrent builds are safe. An entry is a folder ``<kind>-<key>``. The folder is written under a temporary name, and renamed when it
+is complete. If two processes build the same entry, both succeed, and one copy is discarded. The compiler's shared cache (``zig-…``,
+and ``zig`` of older versions) is pruned like an entry. If the shared cache is pruned during a build, the build continues without
+it. """
 
 from __future__ import annotations
 
@@ -19,14 +20,14 @@ from platformdirs import user_cache_path
 MAX_BYTES = 512 * 1024 * 1024
 STALE_SECONDS = 3600.0
 RECENT_SECONDS = 60.0
-"""An entry is not pruned within this time after its last use, because a process may be about to load it."""
+"""An entry is not pruned within this time, s, after its last use, because a process may be about to load the entry."""
 COMPILER_SECONDS = 600.0
-"""The compiler's cache is not pruned within this time after the last start of a build. Builds take less time."""
+"""The compiler's cache is not pruned within this time, s, after the last start of a build. Builds take less time."""
 
 
 def cache_folder() -> Path:
-    """The cache's folder, created with mode 0700: TRUNNION_CACHE, otherwise the platform's cache folder of the user; a private
-    temporary folder if this is not writable."""
+    """The folder of the cache, created with mode 0700. The folder is TRUNNION_CACHE or, without this variable, the user's cache
+    folder of the platform. If that folder is not writable, the result is a private temporary folder."""
     chosen = os.environ.get("TRUNNION_CACHE")
     try:
         home = Path(chosen) if chosen else user_cache_path("trunnion", appauthor=False)
@@ -39,8 +40,7 @@ def cache_folder() -> Path:
 
 
 def _private_temporary() -> Path:
-    """A folder for this process alone. The name is random, so that nobody can guess it; the parent folder is writable for
-    everyone."""
+    """A folder for this process alone. Everyone can write to the parent folder, so the name is random and cannot be guessed."""
     global _temporary
     if _temporary is None:
         _temporary = Path(tempfile.mkdtemp(prefix="trunnion-"))
@@ -51,7 +51,7 @@ _temporary: Path | None = None
 
 
 def digest(*parts: str | bytes) -> str:
-    """Key of an entry: a digest of everything that determines its content."""
+    """The key of an entry: a digest of everything that determines the content of the entry."""
     h = hashlib.sha256()
     for p in parts:
         data = p.encode() if isinstance(p, str) else p
@@ -62,9 +62,9 @@ def digest(*parts: str | bytes) -> str:
 
 def digest_of_files(root: Path, folders: Sequence[str], suffixes: tuple[str, ...]) -> str:
     """Digest of the content of all files with these suffixes in folders below ``root``, in the order of their paths. The result is
-    stored under the names, sizes, numbers and times of all files, so that unchanged files are not read again."""
+    stored under the names, sizes, inode numbers and times of all files, so that unchanged files are not read again."""
     files = [e for folder in folders for e in _files(os.path.join(root, folder), suffixes)]
-    found = sorted((e.path.split(os.sep), e.path, e.stat()) for e in files)  # by parts: the same order everywhere
+    found = sorted((e.path.split(os.sep), e.path, e.stat()) for e in files)  # the same order on all systems
     state = ((path, s.st_size, s.st_ino, s.st_mtime_ns, s.st_ctime_ns) for _, path, s in found)
 
     def make(folder: Path) -> None:
@@ -87,7 +87,7 @@ def _files(folder: str, suffixes: tuple[str, ...]) -> Iterator[os.DirEntry[str]]
 
 def entry(name: str, make: Callable[[Path], None]) -> tuple[Path, bool]:
     """Folder of the entry ``name``. If the entry is missing, ``make(folder)`` fills a new folder. Returns the folder, and whether
-    it was made now."""
+    this call made the folder."""
     home = cache_folder()
     folder = home / name
     if (folder / "complete").exists():
@@ -110,8 +110,8 @@ def entry(name: str, make: Callable[[Path], None]) -> tuple[Path, bool]:
 
 
 def _prune_now_and_then(home: Path) -> None:
-    """Prune, but at most once per ``RECENT_SECONDS`` in this process. (Younger entries would not be pruned, and to read thousands
-    of entries takes longer than a small build.)"""
+    """Prune the cache at most once per ``RECENT_SECONDS`` in this process. Younger entries would not be pruned. Reading thousands
+    of entries takes longer than a small build."""
     now = time.monotonic()
     if now - _pruned.get(home, -RECENT_SECONDS) >= RECENT_SECONDS:
         _pruned[home] = now
@@ -143,14 +143,14 @@ def prune(home: Path, max_bytes: int = MAX_BYTES) -> None:
 
 
 def _is_compilers(path: Path) -> bool:
-    """Whether the path is a cache of the compiler, and not a link to such a cache elsewhere."""
+    """Whether the path is a cache of the compiler. A link to such a cache does not count."""
     return path.name.partition("-")[0] == "zig" and path.is_dir() and not path.is_symlink()
 
 
 def _size(path: Path) -> int:
-    """Bytes of all files in a folder. A file that disappears meanwhile does not count."""
+    """Bytes of all files in a folder. A file that disappears during the count does not count."""
     total = 0
-    with suppress(OSError), os.scandir(path) as found:  # takes a quarter of the time of rglob
+    with suppress(OSError), os.scandir(path) as found:  # os.walk takes a quarter of the time of rglob
         for f in found:
             with suppress(OSError):
                 total += _size(Path(f.path)) if f.is_dir(follow_symlinks=False) else f.stat().st_size if f.is_file() else 0
@@ -158,7 +158,7 @@ def _size(path: Path) -> int:
 
 
 def _remove(path: Path) -> None:
-    """Rename a folder, then delete it. No process then finds a partly deleted folder."""
+    """Rename a folder, then delete it. The new name ensures that no process finds a partly deleted folder."""
     trash = path.with_name(f".{path.name}-{os.getpid()}-{time.monotonic_ns()}")
     with suppress(OSError):
         path.rename(trash)

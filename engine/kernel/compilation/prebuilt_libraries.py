@@ -1,6 +1,6 @@
-"""Libraries of the installation: the runtime, the interpreter, and bytecode primitives (``parts.primitives.library_prebuild``), in
-a folder for each CPU level. The libraries of primitives are compressed, and are unpacked into the cache at their first use. A
-checkout has no prebuilt libraries, and compiles at first use."""
+"""Libraries of the installation, in a folder for each CPU level. They are the runtime, the interpreter, and the bytecode primitives
+(``parts.primitives.library_prebuild``). The libraries of primitives are compressed. They are unpacked into the cache at their first
+use. A checkout has no prebuilt libraries; its libraries are compiled at their first use."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def level() -> str:
 
 @lru_cache(maxsize=1)
 def folder() -> Path | None:
-    """The folder for this machine's CPU level, otherwise that for the baseline, otherwise None."""
+    """The folder for this machine's CPU level. If it is missing, the folder for the baseline level. If both are missing, None."""
     for name in (level(), "x86_64"):
         place = FOLDER / name
         if (place / TOLD).exists() and (place / TOLD).read_text() == sources():
@@ -56,8 +56,8 @@ def _packed() -> dict[str, Path]:
 
 
 def unpacked(name: str) -> Path | None:
-    """The library of the installation with this name, unpacked in the cache; None if there is none for this machine. Installations
-    with the same library share the unpacked file. Raises SceneError if this Python cannot unpack."""
+    """The library of the installation with this name, unpacked in the cache. None if the installation has no such library for this
+    machine. Installations with the same library share the unpacked file. Raises SceneError if this Python cannot unpack."""
     file = _packed().get(name)
     if file is None:
         return None
@@ -65,7 +65,7 @@ def unpacked(name: str) -> Path | None:
 
     def make(folder: Path) -> None:
         try:
-            import lzma  # a Python can be built without this module
+            import lzma  # Python can be built without this module
         except ImportError as e:
             told = "has no module lzma, which unpacks the compiled parts of the installation"
             raise SceneError([Problem("this Python", told, "use a Python that was built with liblzma")]) from e

@@ -1,5 +1,5 @@
-/* Functions that a Windows library needs but the Universal C Runtime (part of Windows 10 and newer) lacks. Libraries of compilers
- * have these functions, too, but must first be built from hundreds of files. */
+/* Functions that a Windows library needs but the Universal C Runtime (part of Windows 10 and newer) lacks. The libraries of
+ * compilers also have these functions, but must first be built from hundreds of files. */
 #include <math.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -10,10 +10,10 @@ int __stdcall DllMainCRTStartup(void *library, unsigned reason, void *reserved) 
   return 1;
 }
 
-/* The compiler calls this function when the variables of a function need more than a page of the stack; their size is in rax.
- * Windows allocates the pages of a stack in order, so each page must be accessed before the next one. All registers keep their
- * values. */
-#if defined __aarch64__ /* in this case the function is __chkstk, the size is 16 * x15, and x16 and x17 may change */
+/* The compiler calls this function when the variables of a function need more than a page of the stack. The size of the variables
+ * is in rax. Windows allocates the pages of a stack in order, so each page must be accessed before the next one. All registers keep
+ * their values. */
+#if defined __aarch64__ /* on this processor, the function is __chkstk, the size is 16 * x15, and x16 and x17 may change */
 #include <fenv.h>
 __asm__(
     ".globl __chkstk\n"
@@ -76,7 +76,7 @@ int __fpclassify(double x) {
   return FP_NORMAL;
 }
 
-/* The compiler would replace a sine and a cosine of the same angle by a call of sincos. The volatile pointers prevent this
+/* The compiler would replace a sine and a cosine of the same angle by a call of sincos. The volatile pointers prevent the
  * replacement. */
 static double (*const volatile sine)(double) = sin;
 static double (*const volatile cosine)(double) = cos;

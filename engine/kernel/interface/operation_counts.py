@@ -1,5 +1,5 @@
-"""Floating-point operations of parts of a step. Operations of generated functions are counted; those of dense algebra are computed
-from sizes. They measure the cost of bounded steps independently of the machine."""
+"""Numbers of floating-point operations of the parts of a step. Operations of generated functions are counted. Operations of dense
+algebra are computed from sizes. The numbers measure the cost of real-time steps independently of the machine."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from trunnion.runtime.abi.header_constants import number
 class Work:
     """Operations of the parts of a bounded step.
 
-    evaluation: one right-hand side without friction; this is also an upper bound for maps, and for a correction of positions.
+    evaluation: one right-hand side without friction. The number is also an upper bound for the maps, and for a correction of
+    positions.
 
-    iteration: one Newton iteration on the complement equations; a mode decision costs one more iteration.
+    iteration: one Newton iteration on the complement equations. A decision costs one more iteration.
 
-    relaxed: one step with friction by sweeps.
+    relaxed: one step whose friction is solved by sweeps instead of Newton iterations.
 
     row: one evaluation of the columns.
     """
@@ -35,8 +36,8 @@ class Work:
 SWEEPS, IMPULSES, ROW_ITERATIONS = (int(number(n)) for n in ("SWEEPS", "IMPULSE_EVALUATIONS", "ROW_ITERATIONS"))
 BESIDE = 2
 ROW = IMPULSES + BESIDE, ROW_ITERATIONS + SWEEPS
-"""Constants of ``realtime_steps.c``. SWEEPS: sweeps of a relaxed step. IMPULSES: additional evaluations of an impulse step. BESIDE:
-evaluations of a relaxed step. ROW: additional evaluations and iterations of a row."""
+"""Constants of ``realtime_steps.c``. SWEEPS: number of sweeps of a relaxed step. IMPULSES: additional evaluations of an impulse
+step. BESIDE: evaluations of a relaxed step. ROW: additional evaluations and iterations of a row."""
 
 
 def work(operations: Mapping[str, int], sizes: Mapping[str, int]) -> Work:
@@ -52,7 +53,7 @@ def work(operations: Mapping[str, int], sizes: Mapping[str, int]) -> Work:
 
 
 def most(w: Work, evaluations: int, iterations: int, pairs: int) -> int:
-    """Largest number of operations of a bounded step with these bounds. pairs: number of friction pairs, whose rates need
-    additional evaluations."""
+    """Largest number of operations of a real-time step with these bounds. pairs: number of friction pairs. The rates of friction
+    pairs need additional evaluations."""
     beside = IMPULSES + ROW[0] + 2 * (pairs + 1)
     return int(w.of(evaluations + beside, iterations + ROW[1] + pairs + 1, relaxed=1.0))

@@ -1,5 +1,5 @@
-"""Columns of a scene, from their registry: names (reference/columns.md), units, origin. This module does not load the symbolic
-library."""
+"""The columns of a scene, from the registry of columns: names (reference/columns.md), units, origin. This module does not load the
+symbolic library."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from trunnion.system.structure.bodies_and_joints import System
 
 @dataclass(frozen=True)
 class Column:
-    """A column: name, unit and description; kind, key of the subject, and index of the kind's quantity; item of the subject and
-    component, each None if there is only one. post: post-processing by the runtime (``Quantity.post``), or "". bound: range of the
-    values."""
+    """A column with name, unit and description. kind: kind of the column. subject: key of the subject. index: index of the kind's
+    quantity. item: item of the subject, None if there is only one. component: None for a scalar. post: post-processing by the
+    runtime (``Quantity.post``), or "". bound: range of the values."""
 
     name: str
     unit: str
@@ -39,7 +39,7 @@ class Column:
 
     @property
     def key(self) -> tuple:
-        """Identifier of the column within a system: word of the quantity, subject, item, label, component."""
+        """Identifier of the column within a system. It consists of the word of the quantity, subject, item, label and component."""
         if self.kind not in REGISTRY:
             return (self.kind, *self.subject)
         q = self.quantity
@@ -48,7 +48,7 @@ class Column:
 
     @property
     def place(self) -> int:
-        """Index of the column within the output of its kind, where all items of the subject count."""
+        """Index of the column within the output of its kind. The output contains all items of the subject."""
         return self.quantity.at + (self.item or 0) * self.quantity.size + (self.component or 0)
 
 
@@ -68,14 +68,14 @@ def _columns(kind: ColumnKind, s: Subject) -> list[Column]:
 
 
 def select(all_columns: list[Column], patterns: tuple[str, ...]) -> list[Column]:
-    """Columns whose name matches one of the patterns. These are patterns of the shell, except that "[k]" is an index, not a
+    """Columns whose name matches one of the patterns. Patterns are those of the shell, except that "[k]" is an index and not a
     character class."""
     wanted = matcher(current_patterns(patterns, all_columns))
     return [c for c in all_columns if wanted(c.name)]
 
 
 def current_patterns(patterns: Iterable[str], all_columns: Sequence[Column]) -> list[str]:
-    """The patterns, with current words in place of deprecated ones. Deprecated words are replaced, with a warning, only in a
+    """The patterns, with current words in place of deprecated words. Deprecated words are replaced, with a warning, only in a
     pattern that matches no column."""
     def matches(pattern: str) -> bool:
         return any(map(matcher((pattern,)), (c.name for c in all_columns)))

@@ -26,7 +26,7 @@ def names_of_powers(system: System) -> list[str]:
 
 
 def coordinate_kinds(system: System) -> tuple[list[int], list[int], list[int]]:
-    """Kinds of the state's coordinates and rates; offsets of quaternions among the coordinates."""
+    """(kinds of the state's coordinates, kinds of the rates, offsets of quaternions among the coordinates)."""
     qkind: list[int] = []
     vkind: list[int] = []
     quat: list[int] = []
@@ -48,8 +48,8 @@ def row_kinds(system: System) -> list[int]:
 def element_table(
     elements: Sequence[Element], turned: Mapping[str, tuple[int, int]]
 ) -> tuple[list[tuple[int, ...]], list[tuple[int, ...]], int]:
-    """Rows of the tables of elements and pairs, and the number of derivatives of the laws. turned: for each joint in a loop, index
-    of the first scaled reaction that friction changes, and number of these reactions."""
+    """The rows of the table of elements, the rows of the table of friction pairs, and the number of derivatives of the laws.
+    turned: for each joint in a loop, index of the first scaled reaction that friction changes, and number of these reactions."""
     rows: list[tuple[int, ...]] = []
     sliders: list[tuple[int, ...]] = []
     dn = contact = more = dmore = 0
@@ -80,8 +80,8 @@ def element_table(
 
 
 def unilateral_table(system: System, active: Sequence[int]) -> list[tuple[int, ...]]:
-    """Rows of the table of joints that only push. active: the constraint rows with a multiplier. Raises SceneError if nothing can
-    open or close a contact."""
+    """Rows of the table of unilateral joints, whose contact pushes but does not pull. active: the constraint rows with a
+    multiplier. Raises SceneError if no freedom can open or close a contact."""
     out = []
     for j in system.unilateral:
         assert j.unilateral is not None
@@ -106,8 +106,8 @@ def wants_of(chosen: list[Column], solved: bool) -> int:
 
 
 def post_of(chosen: list[Column]) -> list[tuple[int, ...]]:
-    """Post-processing of columns by the runtime (``tr_post``). A column with the post-processing "hold" is held only if the normal
-    force of its contact is a chosen column, too."""
+    """Post-processing of columns by the runtime (``tr_post``). The post-processing "hold" takes place only if the normal force of
+    the contact is a chosen column, too."""
     names = {c.name: i for i, c in enumerate(chosen)}
     out = []
     for i, c in enumerate(chosen):

@@ -12,8 +12,8 @@ struct lane_explicit {
 
 METHODS
 
-/* Copy arrays of cases into lanes and back, four doubles at a time. n is rounded up to a multiple of WIDTH, for which the arrays
- * have room. */
+/* Copy arrays of cases into lanes and back, four doubles at a time. n is rounded up to a multiple of WIDTH. The arrays have room
+ * for this number. */
 typedef double four __attribute__((vector_size(32), aligned(8)));
 INLINE void turned(four *m) {
   const four a = __builtin_shufflevector(m[0], m[1], 0, 4, 2, 6), b = __builtin_shufflevector(m[0], m[1], 1, 5, 3, 7);
@@ -40,7 +40,7 @@ INLINE void scatter(int n, const V *from, double *const *to) {
 }
 #define TAKE(n, field, to) { double *at[WIDTH]; for (int l = 0; l < WIDTH; ++l) at[l] = r[l]->field; gather(n, at, to); }
 #define GIVE(n, from, field) { double *at[WIDTH]; for (int l = 0; l < WIDTH; ++l) at[l] = r[l]->field; scatter(n, from, at); }
-/* Like ``scatter``, for lanes that are good; the cases of other lanes keep their data. */
+/* Copy back as ``scatter`` does, but only for lanes that are good. The cases of other lanes keep their data. */
 static void give_good(const Lanes &s, int n, const V *from, double *const *to) {
   const bool everywhere = !any(~s.good);
   if (everywhere) scatter(n, from, to);
@@ -87,7 +87,7 @@ INLINE void start_between(tr_request **r, V theta, V *eta) {
 }
 #endif
 
-/* A trial step: stages, end, error estimates. */
+/* Make a trial step: compute its stages, its end and its error estimates. */
 static void step(Lanes &s, tr_request **r, const lane_explicit *m, int n, V t, V h, const V *y) {
   V K[(STAGES + 1) * MOST_WIDE], state[MOST_WIDE], error[MOST_WIDE];
   TAKE(n, K, K)
@@ -116,7 +116,7 @@ static void step(Lanes &s, tr_request **r, const lane_explicit *m, int n, V t, V
   GIVE(n, error, second)
 }
 
-/* The extra stages of the dense output. */
+/* Compute the extra stages for the dense output. */
 static void dense(Lanes &s, tr_request **r, const lane_explicit *m, int n, V t, V h, const V *y) {
   V K[(STAGES + 1) * MOST_WIDE], state[MOST_WIDE];
   TAKE((m->stages + 1) * n, K, K)

@@ -1,10 +1,11 @@
 /* Friction in lanes. Newton's method on the complement equations finds η (``runtime/friction/newton.c``), after the elimination of
  * λ (``runtime/constraints/loop_solve.c``).
  *
- * Each lane iterates until it converges; a converged lane keeps its result while others iterate. A lane without a root, or with an
- * unstable root, is not `good`. The case of this lane searches other roots outside the lanes. No pair in lanes is held at rest. */
+ * Each lane iterates until it converges. A converged lane keeps its result while other lanes iterate. A lane without a root, or
+ * with an unstable root, is not `good`. The case of such a lane searches other roots outside the lanes. No friction pair in lanes
+ * is held at rest. */
 #if NETA
-#define MODES (2 + NSTOPS) /* offset of the modes in x, after the moment and the flags of stops */
+#define MODES (2 + NSTOPS) /* offset of the modes in x, after the moment (two numbers) and the flags of stops */
 #define MODE_NUMBERS 5
 #define SLIDING_NUMBERS 3
 #if NETA <= 4
@@ -53,7 +54,7 @@ INLINE tr_bits solve_friction(V *A, V *b, tr_bits &negative) {
   return fabs(A[0]).v > NO_PIVOT;
 }
 #elif NETA == 3 && !ACTIVE
-/* ``solve_friction`` for three unknowns, by cross products. (Without loops, the sign of the determinant has no use.) */
+/* ``solve_friction`` for three unknowns, by cross products. (Without loops, the sign of the determinant is not needed.) */
 INLINE tr_bits solve_friction(V *A, V *b, tr_bits &negative) {
   const V *x = A, *y = A + 3, *z = A + 6, r[3] = {b[0], b[1], b[2]};
   const V yz[3] = {y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0]};
@@ -106,7 +107,7 @@ static tr_bits solve_friction(V *A, V *b, tr_bits &negative) {
 }
 #endif
 
-/* Add the step r to η in the lanes m. step and size receive the largest components of r and η, as surface forces, or NaN. */
+/* Add the step r to η in the lanes m. step receives the largest component of r, size that of η, as surface forces, or NaN. */
 INLINE void take_step(const Lanes &s, tr_bits m, const V *r, V *eta, V &step, V &size) {
   step = size = 0.0;
   for (int i = 0; i < NETA; ++i) {

@@ -1,6 +1,6 @@
 /* Closed loops in lanes: factor of S, multipliers (``runtime/constraints/loop_solve.c``), projection
- * (``runtime/evaluate/projection.c``). All rows must be independent; a lane with a small pivot is not `good`. Converged lanes keep
- * their results. */
+ * (``runtime/evaluate/projection.c``). All constraint rows must be independent. A lane with a small pivot is not `good`. Converged
+ * lanes keep their results. */
 
 /* Data of all lanes. */
 struct Lanes {
@@ -28,7 +28,7 @@ INLINE void normalise(V *y) {
   }
 }
 
-/* The larger number, or NaN if either is NaN. */
+/* The larger of two numbers; NaN if one of them is NaN. */
 INLINE V most(V a, V b) { return pick((b.v <= a.v) | (a.v != a.v), a, b); }
 
 /* Exchange a and b in the lanes m. */

@@ -16,7 +16,7 @@ static void leave_friction(Lanes &s, tr_request **r) {
   GIVE_GOOD(SLIDING_NUMBERS * NSLIDERS, last.sliding, sliding)
 }
 
-/* Copy the data of friction into the lanes. ``give_friction`` copies them back. */
+/* Copy the data of friction into the lanes. ``give_friction`` copies the data back. */
 static void take_friction(Lanes &s, tr_request **r) {
   TAKE(NETA, arm, s.per_lever) TAKE(ACTIVE + NETA, z, s.z) TAKE(NSLIDERS, smin, s.least) TAKE(NSLIDERS, smax, s.largest)
   for (int i = 0; i < NETA; ++i) s.per_lever[i] = pick(s.per_lever[i].v > 0.0, V(1.0) / s.per_lever[i], V(1.0));

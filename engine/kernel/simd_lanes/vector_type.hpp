@@ -49,7 +49,7 @@ INLINE V copysign(V a, V b) {
 }
 INLINE tr_bits finite(V a) { return fabs(a).v < __builtin_inf(); }
 
-/* Functions that are used rarely; the library evaluates them for one lane after another. */
+/* Rarely used functions. The library evaluates such a function for one lane after another. */
 #define EACH(name) \
   extern "C" double name(double); \
   static V name(V a) { V r; for (int i = 0; i < WIDTH; ++i) r.v[i] = name(a.v[i]); return r; }
@@ -62,8 +62,8 @@ EACH_OF_TWO(pow) EACH_OF_TWO(atan2) EACH_OF_TWO(fmod) EACH_OF_TWO(hypot)
 #if defined __FMA__ || defined __ARM_FEATURE_FMA
 /* Sine and cosine with an error below one unit in the last place. The nearest multiple of pi/2 is subtracted in three parts, the
  * first two of which are doubles (W. J. Cody, W. Waite 1980, with fused products). The remainder is a sum of two doubles. The
- * polynomials are minimax over |r| <= pi/4 (coefficients of Sun's fdlibm, k_sin.c and k_cos.c). Beyond LARGE_ANGLE, the library's
- * functions replace them. */
+ * polynomials are minimax over |r| <= pi/4 (coefficients of Sun's fdlibm, k_sin.c and k_cos.c). For angles above LARGE_ANGLE, the
+ * functions of the library are used instead. */
 #define LARGE_ANGLE 1e5
 extern "C" double sin(double);
 extern "C" double cos(double);
@@ -89,11 +89,11 @@ __attribute__((noinline)) static V far_away(V a, int quarter) {
 /* sin(a + quarter · pi/2). */
 template <int quarter> INLINE V circular(V a) {
 #pragma clang fp contract(off)
-  const double SHIFT = 6755399441055744.0; /* 1.5 * 2^52: after its addition, the low bits contain the rounded integer */
+  const double SHIFT = 6755399441055744.0; /* 1.5 * 2^52: in x + SHIFT, the low bits contain the rounded integer */
   const tr_lanes_of x = a.v, shifted = fused(x, all(0.63661977236758134308), all(SHIFT)), n = shifted - SHIFT;
   tr_bits turns = (tr_bits)shifted + quarter;
   const tr_lanes_of near = fused(-n, all(1.57079632679489655800e+00), x), part = n * 6.12323399573676603587e-17, r = near - part;
-  /* round-off of r: the exact error of a sum (D. Knuth) */
+  /* rounding error of r, exact by Knuth's formula for a sum */
   const tr_lanes_of moved = r - near, lost = (near - (r - moved)) - (part + moved);
   const tr_lanes_of rest = fused(-n, all(-1.49738490485916983e-33), lost - fused(n, all(6.12323399573676603587e-17), -part));
   const tr_lanes_of z = r * r, cube = z * r, half = 0.5 * z, left = 1.0 - half;

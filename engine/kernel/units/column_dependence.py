@@ -16,9 +16,9 @@ from trunnion.system.structure.bodies_and_joints import System
 def dependence(
     system: System, parameters: int, chosen: list[Column], quadratures: bool
 ) -> list[tuple[bool, bool, list[int], list[int]]]:
-    """Four facts about each column, from the sparsity of its derivatives: whether it is constant; whether it contains multipliers
-    or accelerations, which depend on every force; indices of the inputs whose value it contains; indices of those whose second
-    derivative it contains."""
+    """(constant, solved, values, seconds) for each column, from the sparsity of its derivatives. constant: whether the column is
+    constant. solved: whether it contains multipliers or accelerations, which depend on every force. values: indices of the inputs
+    whose value it contains. seconds: indices of the inputs whose second derivative it contains."""
     if not chosen:
         return []
     with direct_operators():

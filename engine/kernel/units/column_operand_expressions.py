@@ -133,7 +133,7 @@ class ColumnOperands:
 
     @cached_property
     def _elements(self) -> dict[str, Element]:
-        """Elements with all components of their reactions: contact columns use the exact formulas, even if friction uses an
+        """Elements with all components of their reactions. Contact columns use the exact formulas, even if friction uses an
         approximation."""
         return {e.joint.name: replace(e, needs=everything(e.joint)) for e in elements(self.system)}
 

@@ -26,7 +26,8 @@ def kinetic(m: Model) -> SX:
 
 
 def potential(m: Model) -> SX:
-    """Potential energy, J: gravity (zero at the world's origin), joint springs, engaged stops, springs between points, bushings."""
+    """Potential energy, J, of gravity (zero at the world's origin), joint springs, engaged end stops, springs between points, and
+    bushings."""
     sym = m.sym
     g = sym.leaves(sym.system.gravity)
     total = SX(0)

@@ -27,12 +27,12 @@ def inputs(sym: Symbols) -> list[Input]:
 
 
 def row_inputs(sym: Symbols, a: SX) -> list[Input]:
-    """Inputs of functions of columns: multipliers [λ of all rows | η], accelerations a of the free rates."""
+    """Stage inputs of functions that compute columns: multipliers [λ of all rows | η], and accelerations a of the free rates."""
     return [Input("z", sym.lam, 1), Input(f"z+{sym.system.rows}", sym.eta, 1), Input("a", a, 1)]
 
 
 def with_constants(prepare: str, function: str, arguments: str) -> list[Stage]:
-    """Two stages: the computation of constants from parameters, and the function itself."""
+    """Two stages: the computation of constants from parameters, and the computation of the function."""
     return [Stage(prepare, PARAMETERS, "c"), Stage(function, arguments, "")]
 
 
@@ -55,7 +55,8 @@ class Multipliers:
         return [Input("z", self.lam, stage), Input(f"z+{len(self.active)}", self.sym.eta, stage)]
 
     def without_inactive(self, values: list[SX]) -> list[SX]:
-        """The expressions with zero for the multipliers of inactive rows, whose coefficients are structural zeros."""
+        """The expressions with zero for the multipliers of inactive rows. The coefficients of these multipliers are structural
+        zeros."""
         if not self.inactive:
             return values
         old = ca.vertcat(*[self.sym.lam[k] for k in self.inactive])
@@ -63,7 +64,7 @@ class Multipliers:
 
 
 def combination(sym: Symbols) -> SX:
-    """The column [1; λ; η]; affine maps are multiplied by it."""
+    """The column [1; λ; η], by which affine maps are multiplied."""
     return ca.vertcat(SX(1), sym.lam, sym.eta)
 
 
@@ -74,7 +75,7 @@ def state_rates(m: Model, acc: Accelerations, pick: SX) -> list[SX]:
 
 
 def qdot(sym: Symbols, v: SX) -> list[SX]:
-    """q̇ of the coordinates of the state, for rates v (nv)."""
+    """q̇ of the coordinates in the state, for rates v (nv)."""
     out: list[SX] = []
     for j in sym.system.tree:
         quaternion = j.kind.quaternion

@@ -1,8 +1,9 @@
 """The Jacobian unit: exact derivatives of F = [q̇; v̇; friction states] and of the multiplier residuals R = [R_λ; R_η] by y, t and
-z = [λ; η]. The redundant variant also differentiates the scaled reactions, which select the reactions that the motion leaves open.
-The runtime combines these derivatives by the implicit function theorem: dF/dy = F_y − F_z R_z⁻¹ R_y. Small systems get one dense
-function, whose columns use common intermediate values. Dense code grows with the square of the number of bodies and takes minutes
-to compile. Large systems therefore get a directional derivative in two stages: values at a point, then single columns. """
+z = [λ; η]. The variant for redundant loops also differentiates the scaled reactions. The scaled reactions determine the reactions
+that the motion leaves open. The runtime combines these derivatives by the implicit function theorem: dF/dy = F_y − F_z R_z⁻¹ R_y.
+Small systems get one dense function, whose columns use common intermediate values. Dense code grows with the square of the number
+of bodies and takes minutes to compile. Large systems therefore get a directional derivative in two stages. The first stage computes
+values at a point, the second stage computes single columns. """
 
 from __future__ import annotations
 
@@ -23,8 +24,8 @@ from trunnion.system.structure.friction_joint_indices import elements
 from trunnion.system.structure.loop_joints import rubbing_on_loops
 
 DENSE_STATES = 28
-"""Largest number of states for a dense function. For a chain of 16 bodies, the dense function has 91,000 operations, one direction
-14,000. At about ten bodies, both variants cost the same."""
+"""Largest number of states for a dense function. For a chain of 16 bodies, the dense function has 91,000 operations. The function
+of one direction has 14,000 operations. At about ten bodies, both variants cost the same."""
 
 
 @dataclass

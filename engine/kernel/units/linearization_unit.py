@@ -1,6 +1,7 @@
-"""The linear unit: exact derivatives along a direction, of F = [q̇; v̇; friction states; powers], of the multiplier residuals R
-(``jacobian_unit``) and of the columns. Users of this unit are linearisation, and hosts that request directional derivatives. Each
-function computes the product of the derivatives with one seed, so the code grows linearly with the number of bodies. """
+"""The linearization unit computes exact derivatives along a direction. The unit gives derivatives of F = [q̇; v̇; friction states;
+powers], of the multiplier residuals R (``jacobian_unit``) and of the columns. Linearisation, and hosts that request directional
+derivatives, use this unit. Each function computes the product of the derivatives with one seed, so the code grows linearly with the
+number of bodies. """
 
 from __future__ import annotations
 
@@ -67,8 +68,8 @@ def _rates(m: Model, redundant: bool) -> tuple[str, int]:
 
 
 def _columns(m: Model, chosen: list[Column], quadratures: bool) -> tuple[str, int]:
-    """C text of the derivative of columns along [inputs, y, λ of all rows, η, accelerations of the free rates], and its number of
-    constants. Integrals, and values that the runtime computes, count as constants."""
+    """C text of the derivative of columns, and its number of constants. The direction is [inputs, y, λ of all rows, η,
+    accelerations of the free rates]. Integrals, and values that the runtime computes, are treated as constants."""
     o, sym = ColumnExpressions(m, quadratures), m.sym
     values = [o.value(c) if c.quantity.instantaneous else SX(0) for c in chosen]
     others = [sym.q, sym.v, sym.b, sym.lam, sym.eta, o.a]

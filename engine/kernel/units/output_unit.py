@@ -1,4 +1,5 @@
-"""The output unit: columns, contact forces, and the scaled reactions of all joints in loops, which redundant loops need."""
+"""The output unit computes columns, contact forces, and the scaled reactions of all joints in loops. Redundant loops need the
+scaled reactions."""
 
 from __future__ import annotations
 

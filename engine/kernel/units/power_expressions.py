@@ -19,8 +19,8 @@ from trunnion.system.structure.bodies_and_joints import Device, Joint, Load
 
 
 def powers(m: Model, acc: Accelerations, pick: SX) -> list[tuple[str, SX]]:
-    """Pairs (name, power). "friction:JOINT" is ≤ 0, except for energy that bristles return; "damping" is ≤ 0; the others are
-    "drive" and "load"."""
+    """Pairs (name, power). The names are "friction:JOINT", "damping", "drive" and "load". Powers of friction and damping are ≤ 0,
+    except for energy that bristles return."""
     sym = m.sym
     values = [*(friction_power(m, j) for j in sym.system.frictional), _damping(m), _drive(m, acc, pick), _loads(m)]
     return list(zip(names_of_powers(sym.system), values, strict=True))
@@ -41,7 +41,7 @@ def coordinates_of(m: Model, j: Joint) -> list[SX]:
 
 
 def _damping(m: Model) -> SX:
-    """Power of joint dampers, dampers between points, drag, bushings, and the damping part of stops and latches, W (≤ 0)."""
+    """Power, W (≤ 0), of joint dampers, dampers between points, drag, bushings, and the damping part of end stops and latches."""
     total = SX(0)
     for j in m.sym.system.joints:
         if not j.kind.nv:
@@ -80,12 +80,12 @@ def load_power(m: Model, load: Load) -> SX:
 
 
 def _stop_damping(m: Model, d: Device, q: SX, rate: SX) -> SX:
-    """Power of the part of a stop's force that is not elastic, W."""
+    """Power, W, of the damping part of an end stop's force."""
     return (stop_force(m.sym, d, q, rate) - stop_spring(m, d, q)) * rate
 
 
 def stop_spring(m: Model, d: Device, q: SX) -> SX:
-    """Elastic part of a stop's force."""
+    """Elastic part of an end stop's force."""
     out = SX(0)
     assert d.stop is not None
     for bound, flag in zip((d.stop.lower, d.stop.upper), d.stop.flags, strict=True):

@@ -1,5 +1,5 @@
-"""C++ text of the lanes of a kernel: its generated C with a vector for each double (``simd_lanes/vector_type.hpp``), and the
-functions that serve the requests of cases (``simd_lanes/explicit_steps.hpp``)."""
+"""C++ text with which a kernel steps several cases in SIMD lanes. The text is the generated C with a vector for each double
+(``simd_lanes/vector_type.hpp``). The functions in ``simd_lanes/explicit_steps.hpp`` serve the requests of cases."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ long."""
 FOLDER = Path(__file__).parents[1] / "simd_lanes"
 HEADERS = ("vector_type", "loop_solve", "friction_newton", "explicit_steps", "dense_output_rows", "request_dispatch")
 FLAGS = ("-std=gnu++17", "-fno-exceptions", "-fno-rtti", "-fno-slp-vectorize")
-"""Additional compiler flags. Lanes are always optimised, because speed is their only purpose."""
+"""Additional compiler flags. The text is always compiled with optimisation, because speed is its only purpose."""
 NUMBERS = "#define NAN __builtin_nan(\"\")\n#define INFINITY __builtin_inf()\n"
 COLUMNS_TABLES = "static const tr_post o_post"
 TABLES = "static const tr_pace k_pace"
@@ -39,7 +39,8 @@ def lanes_text(kernel: str, sizes: Mapping[str, int]) -> str:
 
 
 def columns_text(outputs: str, sizes: Mapping[str, int]) -> str:
-    """C++ text of the columns of several rows at once, from the C text of the unit of columns and its sizes."""
+    """C++ text that computes the columns of several rows at once. The text is made from the C text of the output unit and its
+    sizes."""
     named = "".join(f", {n} = {sizes[n.lower()]}" for n in ("NCO", "NEXTRA", "NOUT"))
     head = f'#define WIDTH {WIDTH}\n#include "tr_abi.h"\n{NUMBERS}enum {{COLUMNS{named}}};\n'
     return head + _header(HEADERS[0]) + generated(outputs, COLUMNS_TABLES) + _header("output_columns")
@@ -79,8 +80,8 @@ def generated(unit: str, tables: str) -> str:
 
 
 def inverted(text: str) -> str:
-    """The text with one reciprocal in place of several divisions by the same value, because a vector division takes as long as four
-    scalar ones."""
+    """The text with one reciprocal in place of several divisions by the same value. A vector division takes as long as four scalar
+    divisions."""
     return "\n}\n".join(map(_inverted, text.split("\n}\n")))
 
 

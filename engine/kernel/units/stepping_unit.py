@@ -55,8 +55,8 @@ class MainUnit:
 
 
 def main_unit(plain: Model, redundant: bool = False) -> MainUnit:
-    """The unit of a model that is not yet reduced. redundant: whether to build the variant with all rows and with scaled
-    reactions."""
+    """The stepping unit of a model to which the inward reduction has not been applied. redundant: whether to build the variant with
+    all rows and with scaled reactions."""
     sym = plain.sym
     system, parts = sym.system, elements(sym.system)
     m = reduce_model(plain)
@@ -104,7 +104,7 @@ def _stages(multipliers: Multipliers, maps: list[SX], rate: list[SX], each: list
 
 
 def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) -> tuple[list[SX], int, int, int]:
-    """The blocks of the maps; numbers of reaction components, rates and scaled reactions."""
+    """(blocks of the maps, numbers of reaction components, rates and scaled reactions)."""
     system = m.sym.system
     blocks = [ca.vec(ca.densify(m.S[active, active])), ca.vec(ca.densify(m.Se[active, :])), ca.densify(m.g0[active])]
     nn = nrates = nkappa = 0
@@ -130,8 +130,8 @@ def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) ->
 
 
 def _derivative(m: Model) -> tuple[list[SX], list[SX]]:
-    """ẏ and the powers. All powers are generated, even if no column needs them, because with other surrounding text the compiler
-    would round the motion differently."""
+    """ẏ and the powers. All powers are generated, even if no column needs them. With other surrounding text, the compiler would
+    round the motion differently."""
     sym = m.sym
     pick = combination(sym)
     acc = outward(m, pick, reactions=sym.b.numel() > 0 or any(j.driven for j in sym.system.tree))

@@ -1,5 +1,5 @@
-"""Functions of the stepping unit outside its stages: closure of loops, depths of stops, friction laws, static friction capacities,
-coordinate rates, energies. Also the C text of the function that computes all constants."""
+"""Functions of the stepping unit outside its stages. These functions compute closure of loops, depths of end stops, friction laws,
+static friction capacities, coordinate rates, energies and all constants."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ def closure_function(m: Model) -> Code:
 
 
 def stops_function(m: Model) -> Code:
-    """C function of the depth by which every stop is compressed; the depth of an open stop is negative. After all depths follows
-    one more value for each: for a stop, the factor of its elastic force, which is 0 at release (``stop_push``); for a hook, the
-    excess of its signal over the release value; for a joint that only pushes, its coefficient of restitution. At the end follow the
-    positions in curves and fields (``system.structure.curve_positions``)."""
+    """C function of the depth by which every end stop is compressed. The depth of an open stop is negative. After the depths, the
+    output has one more value for each stop. For an end stop, the value is the factor of the elastic force, which is 0 at release
+    (``stop_push``). For a hook, the value is the excess of its signal over the release value. For a unilateral joint, the value is
+    the coefficient of restitution. The positions in curves and fields come last (``system.structure.curve_positions``)."""
     sym = m.sym
     depths: list[SX] = [SX(0)] * sym.system.stops
     pushes: list[SX] = [SX(1)] * sym.system.stops
@@ -117,8 +117,8 @@ def laws_function(sym: Symbols, parts: list[Element]) -> Code:
 
 
 def held_function(sym: Symbols, parts: list[Element]) -> Code:
-    """C function of a ``tr_hold`` for each pair, and of the derivative of the capacities by N: a row for each pair, over the
-    components of its element."""
+    """C function of a ``tr_hold`` for each friction pair, and of the derivative of the capacities by N. The derivative has a row
+    for each pair, over the components of the pair's element."""
     nn = sum(len(e.needs) for e in parts)
     N, u = SX.sym("N", nn), SX.sym("u", sym.system.neta)
     values: list[SX] = [SX(0)] * (3 * len(sym.system.sliders))
@@ -139,7 +139,7 @@ def held_function(sym: Symbols, parts: list[Element]) -> Code:
 
 def _also_alone(code: Code, name: str, derivatives: int) -> Code:
     """The code with a second function, ``name``_alone, without the derivatives dN. The second function has the same text, with a
-    local array dN; the compiler removes computations that only dN needs."""
+    local array dN. The compiler removes computations that only dN needs."""
     own = code.text[code.text.index(f"void {name}(") :].replace(f"void {name}(", f"void {name}_alone(")
     own = own.replace(",double*restrict dN", "").replace("{\n", f"{{\ndouble dN[{max(derivatives, 1)}];\n", 1)
     code.text += "\n" + own
@@ -171,7 +171,7 @@ def pressed_function(sym: Symbols, parts: list[tuple[Element, int, int]]) -> Cod
 
 
 def coordinate_rates_function(sym: Symbols) -> Code:
-    """C function of q̇ for any rates v. Corrections of positions use it for quaternions."""
+    """C function of q̇ for any rates v. Corrections of positions use this function for quaternions."""
     stages = with_constants("k_unused", "k_qdot", f"{CONST}y,{CONST}v,{CONST}c,double*restrict dq")
     v = SX.sym("v", sym.system.nv)
     values = qdot(sym, v)

@@ -1,4 +1,4 @@
-"""Pictures of fits: measured and model curves with misfits, profiles of the parameters, their correlation."""
+"""Pictures of fits: measured curves and model curves with misfits, profiles of the parameters, and correlations."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ class Compare:
 class Profile:
     """A parameter's profile.
 
-    value: the estimate. deviation: the local standard deviation (infinite if there is none). values, rises: points of the profile
-    (k each). ends, kinds: both ends of the interval, and their kinds. At an end of kind "found", the profile crosses the threshold.
+    value: the estimate. deviation: the local standard deviation, or infinity. values, rises: points of the profile (k each). ends:
+    both ends of the interval. kinds: their kinds. At an end of kind "found", the profile crosses the threshold.
     """
 
     path: str
@@ -57,9 +57,10 @@ class Profile:
 def draw_fit(
     curves: Sequence[Compare], profiles: Sequence[Profile], names: Sequence[str], correlation: np.ndarray, rise: float, level: float
 ) -> Figure:
-    """Curves with their misfits, profiles with the threshold ``rise`` of the given level, and the correlation of the parameters.
+    """Draw curves with their misfits, profiles with the threshold ``rise`` of the given level, and the correlation of the
+    parameters.
 
-    correlation: m × m; drawn only if there are several parameters.
+    correlation: m × m. The correlation is drawn only if there are several parameters.
     """
     from matplotlib.figure import Figure
 

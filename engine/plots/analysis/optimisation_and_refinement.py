@@ -27,7 +27,7 @@ def _figure(height: float) -> Figure:
 
 
 def draw_convergence(answer: Mapping[str, Any], sweep: Sweep) -> Figure:
-    """The result of each case in the order of the runs, the best so far, and the tried values of each number."""
+    """Draw the result of each case in the order of the runs, the best result so far, and the tried values of each number."""
     paths, of = sweep.plan.cases.paths, answer["of"]
     fig = _figure(3.2 + 1.3 * len(paths))
     panels: Any = fig.subplots(1 + len(paths), 1, sharex=True, squeeze=False)[:, 0]
@@ -63,7 +63,7 @@ def _result_label(of: str, sweep: Sweep) -> str:
 
 
 def draw_refinement(answer: Mapping[str, Any], sweep: Sweep) -> Figure:
-    """The cases, plotted over one number and the result, or over two numbers. Outcomes have colours and marks; boundaries are
+    """Draw the cases over one number and the result, or over two numbers. Outcomes have colours and marks. Boundaries are
     shaded."""
     paths, of = sweep.plan.cases.paths, answer["of"]
     fig = _figure(4.5 if len(paths) == 1 else 6.0)
@@ -77,7 +77,7 @@ def draw_refinement(answer: Mapping[str, Any], sweep: Sweep) -> Figure:
         up, label = np.zeros(len(x)), ""
     else:
         up, label = table[of].to_numpy().astype(float), _result_label(of, sweep)
-        up = np.where(np.isnan(up), np.nanmin(up) - 0.04 * np.ptp(up[~np.isnan(up)]), up)  # cases without a result are lowest
+        up = np.where(np.isnan(up), np.nanmin(up) - 0.04 * np.ptp(up[~np.isnan(up)]), up)  # drawn lowest: cases without a result
     for k, outcome in enumerate(dict.fromkeys(["done", *outcomes.tolist()])):
         here = outcomes == outcome
         mark, color = MARKS[k % len(MARKS)], COLORS[k % len(COLORS)]

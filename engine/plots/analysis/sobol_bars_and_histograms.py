@@ -22,8 +22,8 @@ BINS = 40
 
 
 def draw_sobol_indices(found: Sequence[Indices]) -> Figure:
-    """A panel for each result: bars of the first and total indices of each number, then bars of the pairs with the largest second
-    indices."""
+    """Draw a panel for each result. A panel has bars of the first and total indices of each number, then bars of the pairs with the
+    largest second indices."""
     chosen = list(found[:MOST_PANELS])
     pairs = min(MOST_PAIRS, max(len(i.second) for i in chosen))
     names = len(chosen[0].paths)
@@ -66,7 +66,8 @@ def _bars(axes: Axes, at: np.ndarray, found: Sequence[Estimate], color: str, lab
 
 
 def draw_histograms(values: Mapping[str, np.ndarray], found: Sequence[Spread]) -> Figure:
-    """A panel for each result: histogram, quantiles with their intervals, shares above bounds. values: {result: its values}."""
+    """Draw a panel for each result, with histogram, quantiles with their intervals, and shares above bounds. values: {result: its
+    values}."""
     chosen = list(found[:MOST_PANELS])
     fig, panels = make_panels(len(chosen), 2, (6.2, 3.4))
     for axes, s in zip(panels, chosen, strict=True):

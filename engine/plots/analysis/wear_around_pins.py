@@ -1,4 +1,4 @@
-"""Wear around pins: a circle for each contact; the wear depths of pin and bearing are drawn outward from the circle."""
+"""Pictures of wear around pins. Each contact has a circle. The wear depths of pin and bearing are drawn outward from the circle."""
 
 from __future__ import annotations
 

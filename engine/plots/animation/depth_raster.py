@@ -12,8 +12,8 @@ LIGHT = np.array([-0.35, 0.75, 0.6]) / np.linalg.norm([-0.35, 0.75, 0.6])
 DARK, DULL, BRIGHT = 0.38, 0.68, 0.36
 """DARK: brightness of edges. DULL: brightness of an unlit face. BRIGHT: brightness that light adds to a face."""
 NEARER = 2e-3
-"""Lines lie on faces. They are shifted towards the viewer by this fraction of the picture's width, so that the faces do not hide
-them."""
+"""Lines on faces are shifted towards the viewer by this fraction of the picture's width, so that the faces do not hide the
+lines."""
 CREASE = np.cos(np.radians(40.0))
 
 
@@ -21,8 +21,8 @@ CREASE = np.cos(np.radians(40.0))
 class Solid:
     """A mesh for ``Sheet.solid``: vertices (n × 3), triangles (m × 3), the face of each triangle, normals of the faces.
 
-    creases: edges (k × 2) that are always drawn. smooth: edges (l × 2) that are drawn only on the outline, where only one of their
-    two faces (``sides``) faces the viewer.
+    creases: edges (k × 2) that are always drawn. smooth: edges (l × 2) that are drawn only on the outline. There, only one of the
+    two faces (``sides``) at the edge faces the viewer.
     """
 
     vertices: np.ndarray
@@ -84,7 +84,7 @@ class Sheet:
             self.lines(corners[np.concatenate([s.creases, rim])], DARK * color)
 
     def triangles(self, corners: np.ndarray, colors: np.ndarray) -> None:
-        """Fill triangles (n × 3 × 3, pixels), each with its colour (n × 3), where nothing is nearer to the viewer."""
+        """Fill triangles (n × 3 × 3, pixels) with their colours (n × 3), except where something else is nearer to the viewer."""
         p, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
         keep = np.abs(area) > 1e-9
@@ -105,7 +105,7 @@ class Sheet:
             self.shade[rows, columns][seen] = colors[i]
 
     def lines(self, ends: np.ndarray, color: np.ndarray, wide: int = 2, nearer: float = NEARER) -> None:
-        """Draw lines (n × 2 × 3, pixels) in one colour, where nothing is nearer to the viewer."""
+        """Draw lines (n × 2 × 3, pixels) in one colour, except where something else is nearer to the viewer."""
         if not len(ends):
             return
         extent = np.abs(ends[:, 1, :2] - ends[:, 0, :2]).max(axis=1)
@@ -126,8 +126,8 @@ class Sheet:
 
 
 def over(below: Sheet, above: Sheet, hidden: float) -> np.ndarray:
-    """The colours of two sheets in one picture: each pixel has the colour of the sheet that is nearer. Where ``above`` is behind
-    ``below``, ``above`` shows through with the opacity ``hidden``."""
+    """The colours of two sheets in one picture. Each pixel has the colour of the nearer sheet. Where ``above`` is behind ``below``,
+    ``above`` shows through with the opacity ``hidden``."""
     picture, there = below.shade.copy(), np.isfinite(above.depth)
     front = there & (above.depth >= below.depth)
     picture[front] = above.shade[front]
@@ -137,6 +137,6 @@ def over(below: Sheet, above: Sheet, hidden: float) -> np.ndarray:
 
 
 def halved(picture: np.ndarray) -> np.ndarray:
-    """A picture at half its size, as bytes: each pixel is the mean of four. Height and width of the picture must be even."""
+    """A picture at half its size, as bytes. Each pixel is the mean of four pixels. Height and width of the picture must be even."""
     total = picture[0::2, 0::2] + picture[0::2, 1::2] + picture[1::2, 0::2] + picture[1::2, 1::2]
     return np.asarray((255 / 4 * total + 0.5).astype(np.uint8))

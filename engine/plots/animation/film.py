@@ -19,10 +19,10 @@ SHORTEST, LONGEST = 2.0, 12.0
 """The film of a run with a duration between these limits, s, is in real time. The film of any other run takes ``USUAL`` seconds."""
 USUAL = 8.0
 COLORS = 128
-"""Colours of a GIF, the same for all frames: a palette for each frame would flicker."""
+"""Number of colours of a GIF. All frames have the same colours, because frames with different palettes would flicker."""
 QUALITY = 80
 SAMPLES = 6
-"""The palette is computed from this number of frames."""
+"""Number of frames from which the palette is computed."""
 Tell = Callable[[float, float], None]
 
 
@@ -36,9 +36,10 @@ def pace(result: Result) -> tuple[np.ndarray, float]:
 
 
 def film(result: Result, path: Path, tell: Tell | None = None) -> None:
-    """Write a film in the format of the suffix. tell: called with (time of the frame, last time), s, after each frame.
+    """Write a film in the format of the suffix. tell: function that is called with (time of the frame, last time), s, after each
+    frame.
 
-    For MP4 without PyAV: SceneError with the command that installs PyAV.
+    SceneError for MP4 without PyAV, with the command that installs PyAV.
     """
     write = _mp4 if path.suffix.lower() == ".mp4" else _pillow
     write(path, _pictures(Frames(result), *pace(result), tell))

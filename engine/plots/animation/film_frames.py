@@ -21,7 +21,7 @@ GRAIN = Grain(around=28, pieces=1)
 SIZE = (720, 540)
 """Width and height, pixels."""
 HIDDEN = 0.42
-"""Opacity of pins and contacts behind the body that hides them."""
+"""Opacity with which pins and contacts show through a body in front of them."""
 HEAD = 44
 """Height of title and time, pixels."""
 DOT = 5.0
@@ -45,7 +45,7 @@ def ramp(x: float) -> np.ndarray:
 
 
 class Frames:
-    """Pictures of the run in the direction of ``first_view``, in parallel projection, over a round patch of ground."""
+    """Pictures of the run, seen as in ``first_view``, in parallel projection, over a round patch of ground."""
 
     def __init__(self, result: Result):
         self.result = result
@@ -78,7 +78,8 @@ class Frames:
         return self._labelled(halved(picture), float(self.result.time[row]), speed)
 
     def spots(self, points: np.ndarray, row: int) -> np.ndarray:
-        """Points of the world (n × 3) in the picture: right, down, towards the viewer, in pixels of double resolution."""
+        """The coordinates in the picture of points of the world (n × 3). The coordinates are right, down, and towards the viewer,
+        in pixels of double resolution."""
         flat = self.scale * (np.asarray(points) - self._middle(row)) @ self.view.T
         return np.column_stack([SIZE[0] + flat[:, 0], SIZE[1] + HEAD - flat[:, 1], flat[:, 2]])
 
@@ -122,7 +123,7 @@ class Frames:
         sheet.lines(np.stack([spots[:-1], spots[1:]], axis=1), color, 3)
 
     def _contacts(self, sheet: Sheet, row: int) -> Iterable[tuple[np.ndarray, np.ndarray]]:
-        """Draw the arrows of the normal forces on the pins. Returns place and colour of each contact point."""
+        """Draw the arrows of the normal forces on the pins. Returns the place and the colour of each contact point."""
         out = []
         thick = max(0.011 * self.scene.size, 2.6 / self.scale)
         for columns, point, normal, force, state in contact_places(self.scene, self.moved, self.result, row):
@@ -161,7 +162,7 @@ def font(bold: bool, size: int) -> Any:
 
 
 def coil(p: np.ndarray, q: np.ndarray, size: float) -> np.ndarray:
-    """Points of a coil with straight ends between two points."""
+    """The points of a coil with straight ends, between two given points."""
     d = q - p
     length = float(np.linalg.norm(d))
     _, u, v = rotation_to(d / max(length, 1e-300)).T
@@ -173,7 +174,7 @@ def coil(p: np.ndarray, q: np.ndarray, size: float) -> np.ndarray:
 
 
 def arrow(long: float, slim: float) -> tuple[Solid, Solid]:
-    """Head and shaft of an arrow along x, from ``long``, m, to the origin."""
+    """The head and the shaft of an arrow along x, from x = ``long``, m, to the origin."""
     head = min(0.45 * long, 5 * slim)
     shaft = cylinder(slim, long - head, 0, Grain(12, 1))
     turn = 2 * np.pi * np.arange(12) / 12

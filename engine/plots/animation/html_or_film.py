@@ -1,4 +1,4 @@
-"""Animation of a run: a film, or one HTML file that contains data, style and viewer and fetches nothing."""
+"""Animation of a run as a film, or as one HTML file. The HTML file contains data, style and viewer, and fetches nothing."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ SCRIPTS = (
     "run_data.js", "camera.js", "triangles_and_edges.js", "shaders.js", "webgl.js", "webgl_scene.js", "point_paths.js",
     "canvas_fallback.js", "point_handles.js", "picture_drawing.js", "value_panel.js", "playback_clock.js", "user_controls.js",
 )  # fmt: skip
-"""Scripts in order: each script uses names that earlier scripts define."""
+"""The scripts, in order. Each script uses names that earlier scripts define."""
 
 
 def animate(result: Result, path: str | os.PathLike[str], tell: Callable[[float, float], None] | None = None) -> Path:
-    """Write a self-contained page of the run, or a film. The page opens from disk; ``…html?t=0.5`` starts it at that time.
+    """Write a self-contained page of the run, or a film. The page opens from disk. With ``…html?t=0.5``, the page starts at 0.5 s.
 
-    tell: called with (time of the frame, last time), s, after each frame of a film. SceneError when the result lacks positions and
-    orientations, for a suffix not in ``SUFFIXES``, an unwritable folder, or MP4 without the extra ``video``.
+    tell: function that is called with (time of the frame, last time), s, after each frame of a film. SceneError when the result
+    lacks positions and orientations, for a suffix not in ``SUFFIXES``, an unwritable folder, or MP4 without the extra ``video``.
     """
     with writing(path, SUFFIXES) as work:
         if work.suffix.lower() in FILMS:
@@ -38,7 +38,8 @@ def animate(result: Result, path: str | os.PathLike[str], tell: Callable[[float,
 
 
 def page(result: Result, shown: str = "") -> str:
-    """The page as HTML text. shown: options, such as "t=0.5&names=1" (``viewer/README.md``); the page's address overrides them."""
+    """The page as HTML text. shown: options, such as "t=0.5&names=1" (``viewer/README.md``). Options in the page's address override
+    these options."""
     return make_html_page(
         VIEWER / "page.html", "style.css", SCRIPTS, result.scene.title or result.scene.name, content(result) | {"shown": shown}
     )

@@ -21,7 +21,7 @@ class View:
     height: int
 
     def _repr_html_(self) -> str:
-        """A frame with the page. The page may run its own scripts; it cannot reach the notebook or the network."""
+        """An HTML frame with the page. The page may run its own scripts, but cannot reach the notebook or the network."""
         return (
             f'<iframe srcdoc="{html.escape(self.text)}" sandbox="allow-scripts" title="{html.escape(self.title)}" '
             f'style="width:100%;height:{self.height}px;border:1px solid #8885;border-radius:6px"></iframe>'

@@ -1,4 +1,4 @@
-"""Data of the animation's page: meshes, joints, events, and the rows of the motion, reduced to a limited size."""
+"""Data of the animation's page: meshes, joints, events, and the rows of the motion. The number of rows is limited."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ MOST_PANELS = 4
 
 
 POSE = (("position", 3), ("orientation", 4))
-"""Columns of a body's pose, and their counts."""
+"""(name of a column of a body's pose, number of its components)."""
 
 
 class _Channels:
@@ -47,9 +47,9 @@ class _Channels:
         self.places: dict[str, int] = {}
 
     def add(self, *values: np.ndarray, sources: Sequence[str] = ()) -> int:
-        """Append columns. sources: where a host of the scene's C library finds the values: the name of a column of the result, or
-        "0". Three columns of a rotation have one source, ``rotation:`` with the name of a quaternion. Returns the index of the
-        first appended column."""
+        """Append columns. sources: names by which a host of the scene's C library finds the values. A source is a column of the
+        result, or "0". Three columns of a rotation have one source, ``rotation:`` with the name of a quaternion. Returns the index
+        of the first appended column."""
         self.columns += values
         self.sources += [*sources, *[""] * (len(values) - len(sources))]
         return len(self.columns) - len(values)
@@ -65,7 +65,7 @@ class _Channels:
 
 def content(result: Result, held: bool = False) -> dict[str, Any]:
     """All data that the viewer draws, as plain data. held: whether to omit the view and the scales, for a viewer that keeps its
-    own."""
+    present view and scales."""
     scene = scenery(result.scene, FINE)
     moved = motion(result, [p.name for p in scene.parts])
     channels, meshes = _Channels(result), _Meshes()
@@ -160,7 +160,8 @@ def _values(j: JointMark, result: Result, channels: _Channels) -> list[dict[str,
 
 
 def thinned(result: Result, width: int) -> np.ndarray:
-    """Indices of the page's rows: evenly spaced within the limits, and both neighbours of every event."""
+    """Indices of the rows for the page. The rows are evenly spaced, within limits of their number. The rows before and after each
+    event are added."""
     most = max(50, min(MOST_ROWS, MOST_BYTES // (4 * max(1, width))))
     if len(result) <= most:
         return np.arange(len(result))

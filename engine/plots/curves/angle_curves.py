@@ -1,4 +1,4 @@
-"""Angles as curves: degrees within ±180, with gaps where an angle wraps and where a contact jumps or is open."""
+"""Angles as curves, in degrees within ±180. A curve has gaps where the angle wraps, and where the contact jumps or is open."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def wrapped(angle: np.ndarray) -> np.ndarray:
 
 
 def broken(time: np.ndarray, angle: np.ndarray, jumps: Sequence[float] = ()) -> tuple[np.ndarray, np.ndarray]:
-    """(time, degrees) of an angle (rad) as a curve without lines between unrelated points.
+    """(time, degrees) of an angle (rad), as a curve that does not join unrelated points.
 
     Where two rows differ by more than half a turn, the curve leaves at ±180°, has a gap (NaN), and enters at ∓180°. At the times
     ``jumps`` (reversals, separations) the curve has a gap, because a line would show values that never occurred.

@@ -25,7 +25,7 @@ WIDTH, HEIGHT = 5.2, 2.05
 LEFT, RIGHT, TOP, BOTTOM = 0.85, 0.25, 0.95, 0.65
 GAP_X, GAP_Y, HEADING = 0.85, 0.62, 0.42
 TALL = 9
-"""A page that would have more rows than this in two columns has three columns."""
+"""Largest number of rows of a page with two columns. A longer page has three columns."""
 FEW_EVENTS, MANY_EVENTS = 20, 120
 """If there are more than ``FEW_EVENTS`` events, event lines are fainter. At most ``MANY_EVENTS`` events are drawn."""
 TITLE_LINE = 46
@@ -35,7 +35,7 @@ TITLE_LINE = 46
 def figure(result: Result, joints: Sequence[str] | None = None, between: tuple[float, float] | None = None) -> Figure:
     """A page of curves: friction, accelerations, contact angles and normal forces of joints, then motion and energy.
 
-    Reversals of sliding are thin vertical lines; at each reversal the contact angle jumps from ○ to ●. joints: names of the joints
+    Reversals of sliding are thin vertical lines. At each reversal, the contact angle jumps from ○ to ●. joints: names of the joints
     to draw (default: the first joints with friction). between: the part of the run to show, s. """
     shown = window(result, between) if between else result
     return page(shown, sections(shown, joints), between)
@@ -75,7 +75,7 @@ def window(result: Result, between: tuple[float, float]) -> Result:
 
 
 def _layout(parts: list[Section], columns: int) -> tuple[float, list[tuple[Section, float, list[tuple[float, float]]]]]:
-    """(height, [(section, y of its heading, corners of its panels)]) in inches from the lower left."""
+    """(height of the page, [(section, y of its heading, corners of its panels)]), in inches from the lower left."""
     rows = [-(-len(s.panels) // columns) for s in parts]
     height = TOP + sum(HEADING + n * (HEIGHT + GAP_Y) for n in rows) - GAP_Y + BOTTOM if parts else 2.0
     y, places = height - TOP, []
@@ -128,7 +128,7 @@ def ylabel(panel: Panel, power: int) -> str:
 
 
 def _label(panel: Panel, column: str) -> str:
-    """A column's name without the joint of the title and without the ending of contact columns."""
+    """The name of a column, without the joint in the title of the panel and without the ending of contact columns."""
     owner, _, rest = column.partition(".")
     short = rest if rest and panel.title.endswith(f" {owner}") else column
     for ending in (".normal_force", ".angle"):

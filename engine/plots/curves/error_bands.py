@@ -1,5 +1,5 @@
-"""Errors in panels: a band about each curve. Most bands are narrower than a line, so the largest error is also written as a
-number."""
+"""Errors in panels, drawn as a band about each curve. Most bands are narrower than a line, so the largest error is also written as
+a number."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 FAINT = 0.25
 UNKNOWN = "#f7efe2"
-"""Background colour of the time range for which no error is promised."""
+"""Background colour of the time range for which no error is stated."""
 
 
 def errors(axes: Axes, panel: Panel, scale: float, power: int, until: float) -> None:
     """Draw the bands of a panel's curves.
 
-    scale: times are multiplied by this factor. power: values are divided by this power of ten. until: time from which no error is
-    promised, s.
+    scale: times are multiplied by this factor. power: values are divided by this power of ten. until: time from which on no error
+    is stated, s.
     """
     largest = 0.0
     for i, c in enumerate(panel.curves):

@@ -16,7 +16,8 @@ from trunnion.simulation.results.event import Event
 from trunnion.simulation.results.result import Result
 
 NEGLIGIBLE = 1e-7
-"""A component below this fraction of the largest component in its family is not drawn. In plane motion most components are zero."""
+"""A component below this fraction of the largest component in its family is not drawn. In plane motion, most components are
+zero."""
 MOST_CURVES = 8
 MOST_JOINTS = 4
 NAMED = 3
@@ -25,13 +26,13 @@ NAMED = 3
 
 @dataclass(frozen=True)
 class Curve:
-    """One line of a panel. Its times may differ from the result's rows, because gaps add points."""
+    """One curve of a panel. The times of the curve may differ from the rows of the result, because gaps add points."""
 
     label: str
     time: np.ndarray
     values: np.ndarray
     error: np.ndarray | None = None
-    """Errors of the values, or None. NaN where no error is promised."""
+    """Errors of the values, or None. NaN where no error is stated."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ def sections(result: Result, joints: Sequence[str] | None = None) -> list[Sectio
 
 
 def _listed(names: Sequence[str]) -> str:
-    """The first names and the number of the others."""
+    """The first names as text, and the number of further names."""
     more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
     return ", ".join(names[:NAMED]) + more
 
@@ -107,7 +108,8 @@ def frictional(result: Result) -> list[str]:
 
 
 def moving(result: Result) -> list[str]:
-    """Joints without a drive, except cut joints without friction, whose motion follows from the other joints."""
+    """Names of the joints without a drive. Cut joints without friction are omitted, because their motion follows from the other
+    joints."""
     from trunnion.system.construction.spanning_tree import span
 
     cut = span(result.scene).cut
@@ -119,7 +121,7 @@ def _heading(result: Result, joint: str) -> str:
 
 
 def family(result: Result, names: Iterable[str], scale: float = 1.0) -> tuple[list[Curve], int]:
-    """(curves of those columns of a family that are not negligible, number of further curves that are left out)."""
+    """(curves, number of omitted curves) for columns that belong together. Columns with negligible values get no curve."""
     here = [n for n in names if n in result]
     sizes = [float(np.max(np.abs(result[n][np.isfinite(result[n])]), initial=0.0)) for n in here]
     largest = max(sizes, default=0.0)
@@ -166,7 +168,7 @@ def _joint_panels(result: Result, joint: str) -> Iterator[Panel]:
 
 
 def _angles(result: Result, joint: str, events: list[Event]) -> Iterator[Panel]:
-    """Contact angles in degrees; the jump of each reversal is a pair of dots."""
+    """Panels of contact angles in degrees. The jump at a reversal is drawn as a pair of dots."""
     names = [n for n in result.matching(f"{joint}.contact[*].angle") if _turns(result, n)]
     curves: list[Curve] = []
     jumps: list[tuple[int, float, float, float]] = []
@@ -181,7 +183,7 @@ def _angles(result: Result, joint: str, events: list[Event]) -> Iterator[Panel]:
 
 
 def _turns(result: Result, name: str) -> bool:
-    """Whether the contact can be anywhere on its circle. Other contacts only change sides."""
+    """Whether the contact can be anywhere on a circle. Any other contact has only two places, one on each side."""
     return _element(result, name.split(".contact[")[0]).anywhere
 
 
@@ -213,7 +215,8 @@ def _contact_of(result: Result, event: Event, column: str) -> int | None:
 
 
 def _motion(result: Result, others: list[str]) -> Iterator[Panel]:
-    """Coordinates and rates of the moving joints; accelerations of the ``others``, the joints without a section."""
+    """Panels with coordinates and rates of the moving joints, and with accelerations of the joints ``others``, which have no
+    section."""
     free = moving(result)
     flat = [j for j in free if JOINTS[result.scene.joints[j].type].quaternion < 0]
     yield from _panel(result, "Joint angles", "angle", _of(result, flat, "q", "rad"), degrees=True)

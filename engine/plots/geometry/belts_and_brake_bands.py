@@ -1,4 +1,4 @@
-"""Belts, chains and bands as straps: strands around wheels, and the bands of brakes around their drums."""
+"""Belts, chains and brake bands, drawn as straps. Belts and chains go around wheels, brake bands around drums."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ STEP = np.deg2rad(12.0)
 
 
 def straps(scene: sm.Scene) -> list[tuple[str, str, Mesh]]:
-    """(joint, body, mesh in the frame of that body) of each strap. A belt is drawn where one body carries both of its wheels."""
+    """(joint, body, mesh in the frame of the body) of each strap. A belt is drawn only if one body carries both wheels of the
+    belt."""
     pairs = {n: j for n, j in scene.joints.items() if (r := REGISTRY[j.type].rolls) and not r.opposite}
     out = [(name, *found) for name, j in scene.joints.items() if (found := _brake(scene, j))]
     if not pairs:

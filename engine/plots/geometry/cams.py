@@ -1,4 +1,4 @@
-"""Cams and rollers: each is a disc on its body; the edge of a cam's disc is the curve of the cam."""
+"""Cams and rollers, drawn as discs on their bodies. The edge of a cam's disc is the curve of the cam."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ def cams(scene: sm.Scene) -> list[Wheel]:
 
 
 def mounted(s: JointSide, mesh: Mesh) -> Mesh:
-    """A mesh about a joint frame, in the frame of the body."""
+    """A mesh in the frame of the body, from a mesh in a joint frame."""
     return placed(mesh, matrix(frame(s.axis, s.reference)), np.array(s.point, float))
 
 
 def outline(j: sm.Joint) -> np.ndarray:
-    """The edge of a cam along e2 and e3 (n×2), m: the follower's path minus the roller's radius, or the envelope of a flat
-    follower."""
+    """The edge of a cam along e2 and e3 (n×2), m. The edge is the follower's path minus the roller's radius, or the envelope of a
+    flat follower."""
     given = j.profile
     assert given is not None
     curve = profile(given, 0.0)
@@ -63,7 +63,7 @@ def outline(j: sm.Joint) -> np.ndarray:
     else:
         n = (r - 1j * slope) * e
         edge = r * e - float(j.roller or 0.0) * n / abs(n)
-    if not closed(given):  # a profile of less than a turn: close the edge along the hub
+    if not closed(given):  # if the profile spans less than a turn, close the edge along the hub
         edge = np.append(edge, [HUB * abs(edge).min() * e[-1], HUB * abs(edge).min() * e[0]])
     return np.column_stack([edge.real, edge.imag])
 

@@ -1,4 +1,4 @@
-"""Contacts of joints: the place of each contact on its pin, and the patch that shows the contact."""
+"""Contacts of joints, with the place of each contact on its pin and the patch that shows the contact."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class Patch:
 
     @classmethod
     def at(cls, p: Place, shape: str) -> Patch:
-        """The patch of a place. On a pin without ends, its length is the pin's diameter. On other pins, its length is the pin's
-        radius, but at most half of the distance to the pin's middle."""
+        """The patch at a place. On a pin without ends, the length of the patch is the pin's diameter. On other pins, the length is
+        the pin's radius, but at most half of the distance to the pin's middle."""
         if p.along == 0:
             return cls(p.area, shape, 0, 2 * abs(p.arm), abs(p.arm))
         wide = min(abs(p.arm), 0.5 * abs(p.along))
@@ -52,7 +52,7 @@ class ContactMark:
     follows: tuple[str, float, float, float] | None = None
 
     def bases(self, result: Result) -> np.ndarray:
-        """``base`` in every row (rows × 3)."""
+        """The value of ``base`` in every row (rows × 3)."""
         if self.follows is None or self.follows[0] not in result:
             return np.tile(self.base, (len(result), 1))
         column, inner, outer, end = self.follows

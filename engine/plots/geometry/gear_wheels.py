@@ -1,4 +1,4 @@
-"""Wheels that roll on each other: toothed rims on their bodies. The teeth mesh as in the scene."""
+"""Wheels that roll on each other, drawn as toothed rims on their bodies. The drawn teeth mesh."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from trunnion.system.construction.wheel_pairs import stands
 FACE = 8.0
 """Width of a toothed wheel, in modules."""
 THIN = 0.3
-"""Width divided by radius: the value for a wheel without teeth, and the largest value for a wheel with teeth."""
+"""Width divided by radius, for a wheel without teeth. For a wheel with teeth, this is the largest value."""
 RIM = 0.35
 """Depth of a drawn rim, divided by its radius."""
 STATIONS = ((-0.29, -1.1), (-0.13, 0.95), (0.13, 0.95), (0.29, -1.1))
@@ -73,7 +73,7 @@ def _pair(j: sm.Joint, spots: list[tuple[np.ndarray, np.ndarray]]) -> Iterator[t
         if rolls.touch == "straight":
             apart = apart - (apart @ other[:, 0]) * other[:, 0]
         if rolls.opposite and z > 0 > of.teeth[1 - k]:
-            apart = -apart  # a pinion in a wheel with internal teeth meshes on the side away from that wheel's axis
+            apart = -apart  # a pinion in a wheel with internal teeth meshes on the side away from the axis of the wheel
         towards = E.T @ (other[:, 0] if cones else apart)
         width = min(FACE * of.module, THIN * r) if toothed else THIN * r
         if not toothed:

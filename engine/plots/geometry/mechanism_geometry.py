@@ -46,7 +46,7 @@ RODS = tuple(k.name for k in REGISTRY.values() if k.keeps_distance)
 
 @dataclass(frozen=True)
 class Part:
-    """A body: mesh and named points, relative to the body's mass centre and in its axes."""
+    """A body, with its mesh and its named points, relative to the mass centre and in the axes of the body."""
 
     name: str
     color: str
@@ -88,7 +88,7 @@ class Scenery:
 
 
 def scenery(scene: sm.Scene, grain: Grain = SORTED) -> Scenery:
-    """The drawing of a scene without motion. grain: fineness of its shapes."""
+    """The drawing of a scene without motion. grain: fineness of the drawn shapes."""
     index = {GROUND: ON_GROUND, **{name: i for i, name in enumerate(scene.bodies)}}
     size = _size(scene)
     rolling = [*wheels(scene), *cams(scene), *slots(scene)]
@@ -147,8 +147,8 @@ def _extents(b: sm.Body) -> tuple[float, ...]:
 
 
 def _symbol(scene: sm.Scene, bodies: tuple[str, str], size: float) -> float:
-    """The length to which a pin without sizes is drawn, m. It follows from the size of the mechanism and the thickness of the
-    thinner body."""
+    """The length, m, of a drawn pin whose sizes are unknown. The length follows from the size of the mechanism and the thickness of
+    the thinner body."""
     thin = [min(_extents(scene.bodies[name])) for name in bodies if name != GROUND]
     return min([size, *(STOUT * t for t in thin if t > 0)])
 
@@ -162,7 +162,8 @@ def _part(scene: sm.Scene, name: str, i: int, size: float, rims: list[Mesh], gra
 
 
 def _mesh(scene: sm.Scene, name: str, b: sm.Body, points: dict[str, np.ndarray], size: float, grain: Grain) -> Mesh:
-    """The body's surface or shape; else rods from its mass centre to its joints and named points."""
+    """The surface or the shape of a body. A body without surface and shape is drawn as rods from its mass centre to its joints and
+    named points."""
     if b.surface is not None:
         spots, faces = unpacked(b.surface)
         return meshes.surface(np.array(spots) - np.array(b.center, float), np.array(faces))
@@ -220,14 +221,15 @@ def _place(scene: sm.Scene, name: str, f: Place, index: dict[str, int], size: fl
 
 
 def _sizes(element: ContactElement, f: sm.Friction | None, size: float) -> dict[str, float]:
-    """Sizes of an element by label, m: those of the scene, else fractions of the mechanism's size."""
+    """Sizes of an element by label, m. A size that the scene does not give is a fraction of the mechanism's size."""
     given = sizes_given(f, element) if f is not None else {}
     usual = [s for s in element.sizes if f is None or not s.ends]  # omit sizes that apply only to another placement of the contacts
     return {label: s.drawn * size for s in usual for label in s.labels} | given
 
 
 def _pins(m: JointMark, j: sm.Joint, size: float, grain: Grain) -> Iterator[tuple[int, Mesh]]:
-    """(part, mesh) of each piece of the pin. The pin is true to size if friction gives its size, else it is a small symbol.
+    """(part, mesh) of each piece of a joint's pin. The pin has its true size if the keys of friction give the size. Otherwise a
+    small symbol is drawn.
 
     A joint of a type without friction is drawn with the pin of a journal.
     """

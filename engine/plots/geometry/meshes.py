@@ -1,4 +1,4 @@
-"""Shapes as polygons: boxes, cylinders, spheres, rods and rings. The pieces are small enough to be drawn back to front."""
+"""Shapes as polygons: boxes, cylinders, spheres, rods and rings. The polygons are small enough for drawing from back to front."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ROUND = 20
 SHARP = np.cos(np.deg2rad(40))
 """The common side of two triangles is drawn as an edge if the cosine of the angle between their normals is below this value."""
 PIECES = 8
-"""Largest number of pieces along the longer edge of a face. Only with small pieces do bodies that intersect hide each other
+"""Largest number of pieces along the longer edge of a face. Small pieces are needed so that intersecting bodies hide each other
 correctly."""
 
 
@@ -128,7 +128,8 @@ def surface(points: np.ndarray, faces: np.ndarray) -> Mesh:
 
 
 def ring(outlines: Sequence[np.ndarray], inside: bool = False) -> Mesh:
-    """A ring about x between four closed outlines (n×3 each): the hole and the rim at its low end, then at its high end.
+    """A ring about x between four closed outlines (n×3 each). The outlines are hole and rim at the low end, then hole and rim at
+    the high end.
 
     inside: whether the rim is the inner outline. Edges are drawn only along the rim.
     """
@@ -162,7 +163,7 @@ def rod(start: np.ndarray, end: np.ndarray, radius: float) -> Mesh:
 
 
 def rotation_to(x: np.ndarray) -> np.ndarray:
-    """A rotation whose first column is the unit vector x."""
+    """A rotation matrix whose first column is the unit vector x."""
     y = np.cross(x, np.eye(3)[int(np.argmin(np.abs(x)))])
     y /= np.linalg.norm(y)
     return np.column_stack([x, y, np.cross(x, y)])

@@ -1,4 +1,4 @@
-"""Motion of the parts of a scenery (positions, orientations, rails), its extent, the first view and the scales of arrows."""
+"""Motion of the drawn parts (positions, orientations, rails), extent of the motion, first view, and scales of arrows."""
 
 from __future__ import annotations
 
@@ -94,8 +94,8 @@ def reach(scene: Scenery, moved: Motion, view: np.ndarray) -> tuple[np.ndarray, 
     """(middle of the motion in the world's axes; width and height of the motion in a view's axes; width and height of the
     mechanism).
 
-    The mechanism's width and height are measured about the mean of its mass centres. Width and height are the largest over a sample
-    of rows.
+    The mechanism's width and height are measured about the mean of its mass centres. Width and height are the largest values over a
+    sample of rows.
     """
     low, high, near = np.full(3, np.inf), np.full(3, -np.inf), np.zeros(3)
     lines = (*scene.springs, *scene.rods)
@@ -150,14 +150,14 @@ def frame_motion(scene: Scenery, moved: Motion) -> Framing:
 
 
 def arrow_scale(result: Result, scene: Scenery) -> float:
-    """Length of arrows per force, m/N. The forces' 98th percentile gets an arrow 0.45 times as long as a typical body. 0 without
-    contacts."""
+    """Length of arrows per force, m/N. A force at the 98th percentile has an arrow 0.45 times as long as a typical body. Without
+    contacts, the scale is 0."""
     top = _largest_usual([force for _, force in _normal_forces(result, scene)])
     return 0.45 * scene.size / top if top > 0 else 0.0
 
 
 def pressure_scale(result: Result, scene: Scenery) -> float:
-    """98th percentile of the nominal pressures (normal force per projected area), Pa. 0 without contacts."""
+    """The 98th percentile, Pa, of the nominal pressures (normal force per projected area). Without contacts, the result is 0."""
     return max(0.0, _largest_usual([force / area for area, force in _normal_forces(result, scene) if area > 0]))
 
 

@@ -45,8 +45,8 @@ def _turns(count: int) -> list[np.ndarray]:
 
 
 def _wall(path: np.ndarray, way: np.ndarray, off: float, size: float, closed: bool) -> Mesh:
-    """A wall beside a path (n×2, y and z) with tangents ``way`` (n×2). Its near side is ``off`` to the right of the path. size:
-    radius of a pin, which gives the wall's thickness and depth."""
+    """A wall beside a path (n×2, y and z) with tangents ``way`` (n×2). The near side of the wall is at the distance ``off``, m, to
+    the right of the path. size: radius of the pin, which determines the wall's thickness and depth."""
     right = np.column_stack([way[:, 1], -way[:, 0]])
     near, far, deep = path + off * right, path + (off + WALL * np.copysign(size, off)) * right, 0.5 * DEEP * size
     ring = [(near, -deep), (near, deep), (far, deep), (far, -deep)]

@@ -26,25 +26,25 @@ if TYPE_CHECKING:
 LIGHT = np.array([0.3, 0.65, 0.7]) / np.linalg.norm([0.3, 0.65, 0.7])
 """Direction of the light in the picture's axes (right, up, towards the viewer)."""
 COPLANAR = 0.07
-"""Depth added to each further body before faces are sorted, divided by a body's length. Without this shift, the pieces of bodies in
-one plane would alternate like stripes."""
+"""Depth that is added to each further body before faces are sorted, divided by a body's length. Without this shift, the pieces of
+bodies in one plane would alternate like stripes."""
 SIZE = (8.4, 6.0)
 """Width and height of the picture, inches."""
 Polygon = tuple[float, np.ndarray, tuple[float, ...], tuple[float, ...]]
-"""Depth, corners in the picture, fill and line colour."""
+"""(depth, corners in the picture, fill colour, line colour)."""
 COILS, WIDTH = 9, 0.05
 """COILS: number of corners of a spring's zigzag. WIDTH: half width of the zigzag, divided by its length."""
 START_TIME, ASSEMBLY_TIME = 1e-3, 1e-9
-"""Durations, as fractions of the scene's end time, of the short runs for a picture at time 0 (START_TIME) and for the assembled
-start (ASSEMBLY_TIME)."""
+"""Durations of short runs, as fractions of the scene's end time. START_TIME: for a picture at time 0. ASSEMBLY_TIME: for the
+assembled start."""
 ARROW_LOOK: dict[str, Any] = {"arrowstyle": "-|>", "color": ARROW, "lw": 1.4, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11}
 
 
 def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True, aside: tuple[float, float] = VIEW) -> Figure:
-    """A picture of the mechanism at ``time``, s. A result is drawn at its row nearest to this time; a scene is simulated up to this
+    """A picture of the mechanism at ``time``, s. A result is drawn at its row nearest to this time. A scene is simulated up to this
     time.
 
-    aside: angles of the viewer, degrees: to the left of the motion's front, and above the horizontal.
+    aside: angles of the viewer to the left of the motion's front and above the horizontal, degrees.
     """
     from matplotlib.figure import Figure
 
@@ -72,8 +72,8 @@ def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True, as
 
 
 def assemble_start(scene: Scene, where: str) -> Result:
-    """A result with one row, the start, and all columns that pictures need. where: place named in problems. SceneError if the scene
-    cannot be assembled."""
+    """A result whose only row is the start, with all columns that pictures need. where: place that problems name. SceneError if the
+    scene cannot be assembled."""
     from trunnion.simulation.run import simulate
 
     soon = ASSEMBLY_TIME * float(scene.simulation.until)
@@ -82,7 +82,7 @@ def assemble_start(scene: Scene, where: str) -> Result:
 
 
 def started(result: Result, where: str) -> Result:
-    """The result, if it has a row that can be drawn; else SceneError with the outcome, at the place ``where``."""
+    """The result, if one of its rows can be drawn. Otherwise SceneError with the outcome, at the place ``where``."""
     from trunnion.simulation.results.summary import has_motion
 
     if not has_motion(result):
@@ -113,7 +113,7 @@ def needed(scene: Scene) -> list[str]:
 
 
 def set_limits(axes: Axes, spots: np.ndarray, ratio: float = SIZE[0] / (0.89 * SIZE[1])) -> None:
-    """Set limits around all points, with equal scales and the picture's proportions."""
+    """Set the limits of the axes around all points, with equal scales and the picture's proportions."""
     low, high = spots.min(axis=0), spots.max(axis=0)
     middle = (low + high) / 2
     half = 0.62 * max(high[0] - low[0], ratio * (high[1] - low[1]), 1e-9)
@@ -165,7 +165,7 @@ def draw_bodies(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row
 
 
 def _polygons(mesh: Mesh, view: np.ndarray, p: np.ndarray, r: np.ndarray, fill: str, bias: float) -> list[Polygon]:
-    """Faces towards the viewer, and their edges. A face has an outline in its own colour, so that no seams are visible."""
+    """The faces towards the viewer, and their edges. A face has an outline in its own colour, so that no seams are visible."""
     from matplotlib.colors import to_rgb
 
     spots = (mesh.vertices @ r.T + p) @ view.T
@@ -241,7 +241,7 @@ def _contacts(
 
 
 def _arrow_legend(axes: Axes, scale: float, force: float) -> None:
-    """Draw the scale of all arrows at the lower left: the arrow of a round force."""
+    """Draw the scale of all arrows at the lower left. The scale is the arrow of a force that is a round number."""
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
     x, y = x0 + 0.03 * (x1 - x0), y0 + 0.04 * (y1 - y0)
     axes.annotate("", xy=(x + force * scale, y), xytext=(x, y), arrowprops=ARROW_LOOK)

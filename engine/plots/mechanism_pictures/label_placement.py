@@ -1,4 +1,4 @@
-"""Names of bodies and joints in a picture of the mechanism: each at the nearest place that is free."""
+"""Names of bodies and joints in a picture of the mechanism. Each name is put at the nearest free place."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ RING = 9.0
 GAP = 8.0
 """Distance from the named place to the first ring, points."""
 LED = 14.0
-"""If a label is farther from the named place than this distance, points, a line joins the two."""
+"""Distance, points. If a label is farther from the named place, a line joins label and place."""
 ASIDE = 0.1
 """Weight, in the cost of a label's place, of the distance to the label's middle. The distance to its nearest edge has weight 1."""
 HIDDEN, COVERED, OUTSIDE = 80.0, 60.0, 100.0
-"""Costs of a label's place, in points of distance. HIDDEN: overlap with another label, per square of the font size. COVERED: each
-named place that the label covers. OUTSIDE: a label that leaves the picture."""
+"""Costs of a label's place, in points of distance. HIDDEN: overlap with another label, per square of the font size. COVERED: cost
+of each named place that the label covers. OUTSIDE: cost of a label that leaves the picture."""
 
 
 @dataclass
@@ -55,7 +55,8 @@ class Name:
 
 
 def label(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int) -> None:
-    """Write the names of joints and bodies. Joints at one place share a label; a body's name goes to its mass centre if it fits."""
+    """Write the names of joints and bodies. Joints at one place share a label. A body's name is at the mass centre if there is
+    room."""
     from matplotlib.patheffects import withStroke
 
     joints = [((view @ (p + r @ j.points[1]))[:2], j.name) for j in scene.joints for p, r in (moved.pose(j.parts[1], row),)]
@@ -78,8 +79,8 @@ def label(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int)
 
 
 def place_labels(names: list[Name], frame: np.ndarray) -> list[Name]:
-    """The names, each with its box at the place of lowest cost; the boxes of earlier names count in the cost. frame: left, bottom,
-    right and top of the picture, points."""
+    """The names, each with its box at the place of lowest cost. Overlaps with the boxes of earlier names add to the cost. frame:
+    left, bottom, right and top of the picture, points."""
     spots = np.array([n.at for n in names])
     for k, name in enumerate(names):
         options = _places(name)
@@ -95,7 +96,7 @@ def place_labels(names: list[Name], frame: np.ndarray) -> list[Name]:
 
 
 def _places(name: Name) -> np.ndarray:
-    """Candidate boxes, nearest first: the middle of a body, then rings around the place."""
+    """Boxes to try for a name, nearest first. The boxes are the middle of a body, then rings around the named place."""
     angle = 2 * np.pi * np.arange(AROUND) / AROUND + np.pi / 4
     way = np.column_stack((np.cos(angle), np.sin(angle)))
     half = name.size / 2
@@ -112,7 +113,7 @@ def _gap(boxes: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def _shared(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Areas of the overlaps of boxes a[i] and b[j], (len(a), len(b))."""
+    """Areas (len(a), len(b)) of the overlaps of boxes a[i] with boxes b[j]."""
     low = np.maximum(a[:, None, :2], b[None, :, :2])
     high = np.minimum(a[:, None, 2:], b[None, :, 2:])
     return np.clip(high - low, 0.0, None).prod(axis=2)

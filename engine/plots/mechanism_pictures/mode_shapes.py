@@ -1,4 +1,4 @@
-"""Shapes of a mechanism in one picture: the pose of rest and both extremes of a mode."""
+"""Mode shapes of a mechanism. One picture shows the pose of rest and both extremes of a mode."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ FAINT = 0.25
 
 
 def draw_mode_shapes(rest: Scene, away: Sequence[tuple[str, Scene, Scene]]) -> Figure:
-    """A panel for each (title, one extreme, the other extreme). It shows the pose of rest and, in faint colours, both extremes."""
+    """Draw a panel for each (title, one extreme, the other extreme). A panel shows the pose of rest and, in faint colours, both
+    extremes."""
     fig, panels = make_panels(len(away), COLUMNS, (3.2, 3.2))
     for axes, (title, *extremes) in zip(panels, away, strict=True):
         axes.axis("off")

@@ -1,4 +1,4 @@
-"""Texts about a run in every picture: its laws and settings, and its events."""
+"""Texts about a run, for all pictures: friction laws, settings and events of the run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from trunnion.simulation.results.result import Result
 
 
 def caption(result: Result) -> str:
-    """One line: friction laws with their parameters, method, tolerance, outcome."""
+    """One line with friction laws and their parameters, method, tolerance and outcome."""
     scene, used = result.scene, result.settings
     frictions = [j.friction for j in scene.joints.values() if j.friction is not None]
     laws = {scene.law_of(f) for f in frictions}
@@ -23,12 +23,12 @@ def caption(result: Result) -> str:
     words.append(f"fixed step {used['step']:g} s" if used.get("step") else f"rtol {used.get('rtol', 0):g}")
     words.append(outcome_text(result))
     if result.certainty is not None and not result.certainty.promise.whole:
-        words.append(f"no error is promised from t = {result.certainty.promise.until:.6g} s (shaded)")
+        words.append(f"no error is stated from t = {result.certainty.promise.until:.6g} s (shaded)")
     return " · ".join(words)
 
 
 def outcome_text(result: Result) -> str:
-    """How the run ended: outcome, joint and time."""
+    """A text that states how the run ended: outcome, joint and time."""
     where = f" in {result.outcome.joint}" if result.outcome.joint else ""
     return f"{result.outcome.name.replace('_', ' ')}{where} at t = {result.outcome.time:.6g} s"
 

@@ -1,4 +1,4 @@
-"""Figures as PNG, SVG or PDF files. The same run gives the same bytes: no dates, no random ids."""
+"""Figures as PNG, SVG or PDF files. Files contain no dates and no random ids, so that the same run gives the same bytes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 SUFFIXES = (".png", ".svg", ".pdf")
 DPI = 130
 COLOURS = 96
-"""Number of colours of a reduced PNG; enough for thin lines to keep their colours."""
+"""Number of colours of a reduced PNG. With this number, thin lines keep their colours."""
 _METADATA: dict[str, dict[str, str | None]] = {
     ".png": {"Software": "Trunnion"},
     ".svg": {"Date": None, "Creator": "Trunnion"},
@@ -33,7 +33,7 @@ def save_figure(fig: Figure, path: str | os.PathLike[str], dpi: int = DPI) -> Pa
 
 
 def reduce_colours(path: Path) -> Path:
-    """Rewrite the picture with ``COLOURS`` colours: a third of the bytes."""
+    """Rewrite the picture with ``COLOURS`` colours. The file then has a third of the bytes."""
     from PIL import Image
 
     with Image.open(path) as picture:

@@ -1,4 +1,4 @@
-"""Self-contained HTML pages: a template, its style sheet, scripts and data in one file."""
+"""Self-contained HTML pages. One file contains the filled template, the style sheet, the scripts and the data."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ OPEN = ("#9A9A9A", "no contact")
 ARROW = "#B00020"
 JOINT = "#6B6F76"
 PRESSURE = ("#E9A43B", "#D8344F", "#9B3FD1")
-"""Colours of the nominal pressure, from 0 to the largest pressure. They are visible on light and dark pages, and they also differ
+"""Colours of the nominal pressure, from 0 to the largest pressure. The colours are visible on light and dark pages, and also differ
 in lightness."""
 
 
@@ -31,7 +31,7 @@ def dash(i: int) -> object:
 
 
 def hex_color(color: str) -> str:
-    """#rrggbb of a colour's name; of the first colour of bodies if there is no such name."""
+    """The text #rrggbb for a colour's name. An unknown name gives the first colour of bodies."""
     if color.startswith("#") and len(color) == 7:
         return color
     from matplotlib.colors import to_hex

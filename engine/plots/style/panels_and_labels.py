@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def make_panels(count: int, columns: int, size: tuple[float, float], **look: Any) -> tuple[Figure, list[Axes]]:
-    """A figure with a grid of panels in at most ``columns`` columns. size: width and height of a panel, inches; look: arguments of
+    """A figure with a grid of panels in at most ``columns`` columns. size: width and height of a panel, inches. look: arguments of
     each panel's axes."""
     from matplotlib.figure import Figure
 
@@ -22,12 +22,13 @@ def make_panels(count: int, columns: int, size: tuple[float, float], **look: Any
 
 
 def with_unit(name: str, unit: str) -> str:
-    """A name, and its unit in parentheses if it has one."""
+    """A name, followed by its unit in parentheses, if there is a unit."""
     return name if unit in ("", "1") else f"{name} ({unit})"
 
 
 def shorten_paths(paths: Sequence[str]) -> dict[str, str]:
-    """{path: its last n parts, with the smallest n that makes all results different}."""
+    """{path: short name}. The short name is the last n parts of the path. n is the smallest number that makes all short names
+    different."""
     parts = {p: p.split(".") for p in paths}
     for n in range(1, max(map(len, parts.values())) + 1):
         short = {p: ".".join(x[-n:]) for p, x in parts.items()}

@@ -32,12 +32,12 @@ def _shafts(scene: Scene, path: Path, j: Joint) -> Iterator[Finding]:
         shaft = body_of(side)
         found = carriers(scene, shaft) if shaft in scene.bodies else [""]
         if not found:
-            what = f"no joint carries the shaft {shown(shaft)}: a joint with one freedom, a rotation, whose outboard part it is"
+            what = f"no joint carries the shaft {shown(shaft)}; the shaft must be the outboard part of a joint with one rotation"
             yield Finding((*path, key), what, f"add a revolute joint with outboard: {shaft} and the housing as inboard part")
         elif len(found) > 1:
             what = f"several joints carry the shaft {shown(shaft)}: {listed(found)}"
-            yield Finding((*path, key), what, "let it be the outboard part of only one joint that turns")
+            yield Finding((*path, key), what, "make the shaft the outboard part of only one joint that turns")
     both = shaft_joints(scene, j)
     if all(both) and all(is_driven(scene.joints[n]) for n in both):
         what = f"drives prescribe the motion of both shafts, by {both[0]} and {both[1]}"
-        yield Finding(path, what, "leave one of the two drives out")
+        yield Finding(path, what, "remove one of the two drives")

@@ -92,7 +92,7 @@ def _instead(j: Joint, own: Iterable[str], element: ContactElement, name: str) -
     usual = REGISTRY[j.type].friction
     if not is_constant(element) and name == PRELOAD.name:
         able = ", ".join(k.name for k in REGISTRY.values() if k.friction and _counts(k.friction, name))
-        return f"it supports no preload; joints with a preload: {able}; allowed here: {', '.join(own) or 'no sizes'}"
+        return f"this joint supports no preload; joints with a preload: {able}; allowed here: {', '.join(own) or 'no sizes'}"
     if not is_constant(element) or not usual:
         return f"allowed here: {', '.join(own)}"
     loads = "preload" in {s.name for s in CONTACTS[usual].sizes}

@@ -27,7 +27,7 @@ def check(scene: Scene) -> Iterator[Finding]:
                 what = f"{who} is a {x.type} joint; a joint that follows or leads another has one freedom"
                 yield Finding(path, what, "use revolute, prismatic or screw joints")
         if is_driven(j):
-            yield Finding(path, "a drive prescribes the motion of this joint already", f"drive {j.mimic.joint}, or leave mimic out")
+            yield Finding(path, "a drive already prescribes the motion of this joint", f"drive {j.mimic.joint}, or leave mimic out")
         if _around(scene, name, j):
             yield Finding((*path, "joint"), "these joints follow each other in a circle", "let one of these joints lead all others")
 

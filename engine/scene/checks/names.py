@@ -44,7 +44,7 @@ def _own_names(scene: Scene) -> Iterator[Finding]:
             if name in RESERVED:
                 yield Finding(path, f'the name "{name}" is reserved', f"reserved: {', '.join(RESERVED)}")
             if name in seen:
-                yield Finding(path, f'the name "{name}" is taken already by {seen[name]}', "choose another name")
+                yield Finding(path, f'the name "{name}" is already taken by {seen[name]}', "choose another name")
             seen.setdefault(name, f"one of the {section}")
     for path, points in ((("ground",), scene.ground.points), *((("bodies", n), b.points) for n, b in scene.bodies.items())):
         for name in points:

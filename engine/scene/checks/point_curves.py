@@ -47,7 +47,9 @@ def _slot(path: Path, j: Joint) -> Iterator[Finding]:
         hint = "for example slot: {play: 0.1 mm}; without play: point_on_curve"
         yield Finding(path, f"a {j.type} needs the play of its slot", hint)
     if plays and j.unilateral is None:
-        yield Finding(path, f"the walls of a {j.type} only push", "give unilateral: {starts: open}, or {} to start at a wall")
+        yield Finding(
+            path, f"the walls of a {j.type} push, but do not pull", "give unilateral: {starts: open}, or {} to start at a wall"
+        )
     if j.slot is None or j.curve is None:
         return
     if j.slot.repeated < 1:
@@ -100,7 +102,7 @@ def _around(path: Path, j: Joint, c: Curve) -> Iterator[Finding]:
         yield Finding((*path, "roller"), what, "give unilateral, or use pin_in_slot for a roller between two walls")
     for field in FIELDS if j.roller is not None else ():
         if getattr(j, field) is not None:
-            what = "with a roller, the rate of this joint is the sliding speed of its rim, along which no device acts"
+            what = "with a roller, the rate of this joint is the sliding speed of the roller's rim, and no device acts along it"
             yield Finding((*path, field), what, "give the device to the joint that carries the roller")
     for field in ("end_stops", "spring") if c.closed else ():
         for where, _ in entries(getattr(j, field), (*path, field)):

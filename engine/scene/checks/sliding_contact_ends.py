@@ -28,6 +28,6 @@ def contact_end_notes(scene: Scene) -> list[str]:
             key = "outboard" if j.pin == "inboard" else "inboard"
             notes.append(
                 f"joints.{name}: the contacts stay at two places of {carrier.body}, {apart:g} m apart, while {other.body} slides "
-                f"away. Are they at the ends of {other.body}? Then give ends: {key}"
+                f"away. If the contacts are at the ends of {other.body}, give ends: {key}"
             )
     return notes

@@ -65,7 +65,7 @@ def _loose(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
     for members in loose.values():
         first = members[0]
         if len(members) == 1:
-            what, hint = ("no joint ties this body to anything", f"a body that flies freely has a joint of type free to {GROUND}")
+            what, hint = ("no joint ties this body to anything", f"give a body that flies freely a joint of type free to {GROUND}")
         else:
             what = f"no joint ties these bodies to the ground: {listed(members)}"
             hint = f"if they fly freely, give one of them a joint of type free to {GROUND}"
@@ -77,7 +77,7 @@ def _rigid(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
     groups = _Groups([GROUND, *scene.bodies])
     for name, (a, b) in ends.items():
         if not REGISTRY[scene.joints[name].type].nv and not groups.join(a, b):
-            what = f"{shown(a)} and {shown(b)} are fixed to each other already: redundant fixed joint"
+            what = f"{shown(a)} and {shown(b)} are already fixed to each other, so this joint is redundant"
             yield Finding(("joints", name), what, "remove this fixed joint")
 
 

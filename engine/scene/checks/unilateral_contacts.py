@@ -19,14 +19,14 @@ def check(scene: Scene) -> Iterator[Finding]:
     for name, j in found.items():
         path: Path = ("joints", name, "unilateral")
         if not REGISTRY[j.type].pushes:
-            yield Finding(path, f"a {j.type} joint does not only push", f"joints that may open and close: {able}")
+            yield Finding(path, f"the contact of a {j.type} joint cannot open", f"joints that may open and close: {able}")
         if len(laws) > 1:
             yield Finding((*path, "impact_law"), "joints of one scene have the same impact law", "give all of them the same")
         if j.cut is False:
-            yield Finding(("joints", name, "cut"), "a joint that only pushes carries no body: it is always cut", "leave it out")
+            yield Finding(("joints", name, "cut"), "a unilateral joint carries no body, because it is always cut", "leave it out")
         if j.start is not None:
             hint = "give start values of the joint that carries the part"
-            yield Finding(("joints", name, "start"), "a joint that only pushes has no start values of its own", hint)
+            yield Finding(("joints", name, "start"), "a unilateral joint has no start values of its own", hint)
         law = scene.law_of(j.friction) if j.friction is not None else ""
         if law and not LAWS[law].sets:
             sets = ", ".join(n for n, x in LAWS.items() if x.sets)

@@ -118,7 +118,9 @@ def parameters_of(given: Mapping[str, Any]) -> Parameters:
     left = {n for n in texts if n not in known.value and n not in known.wrong}
     for name in left:
         circle = _circle(name, {n: sorted(_names_in(texts[n]) & left)[0] for n in left})
-        known.wrong[name] = NoValue(texts[name], f"it depends on itself: {circle}", "give one of these parameters a number")
+        known.wrong[name] = NoValue(
+            texts[name], f"the parameter depends on itself: {circle}", "give one of these parameters a number"
+        )
     return known
 
 

@@ -46,7 +46,11 @@ class DampingCurveLaw(ForceLaw):
             hint = "add the speed 0 with the effort 0: a damper at rest exerts nothing"
             yield Finding((*path, "speed"), "the curve has no point at the speed 0", hint)
         elif data.speed and data.speed[-1] <= 0.0:
-            yield Finding((*path, "speed"), "no speed is above 0", "add one; with 0 as the first, both directions are alike")
+            yield Finding(
+                (*path, "speed"),
+                "no speed is above 0",
+                "add a positive speed; if the first speed is 0, the curve is used for both directions",
+            )
         for i, (v, f) in enumerate(zip(data.speed, data.effort, strict=False)):
             if (v == 0.0 and f != 0.0) or v * f < 0.0:
                 wanted = "0 at the speed 0" if v == 0.0 else f"not {'negative' if v > 0.0 else 'positive'} at the speed {v:g}"

@@ -1,6 +1,6 @@
 /* Findings of the audit as warnings in the host's log. */
 
-/* Log a warning about the law of the audit that is violated most. */
+/* Log a warning about the law that a step violates most, as the audit found. */
 static fmu_status fmu_law_broken(fmu_instance *m, const tr_judgement *said) {
   int worst = 0;
   for (int i = 1; i < TR_LAWS; ++i)

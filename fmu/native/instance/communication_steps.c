@@ -1,6 +1,6 @@
 /* Computation of the row of outputs at the present time, and communication steps. */
 
-/* Update the row of outputs, with all present parameters and inputs. */
+/* Compute the row of outputs again, with all present parameters and inputs. */
 static fmu_status fmu_refresh(fmu_instance *m) {
   fmu_state *s = m->state;
   if (s->ready && !s->changed) return FMU_OK;
@@ -42,8 +42,8 @@ static fmu_status fmu_set_off(fmu_instance *m) {
   return fmu_take_over(m);
 }
 
-/* The latest end of the internal steps towards `target`. It is beyond `target`, unless the host has just made a change: another
- * change is then likely, which would discard the work beyond `target`. */
+/* The latest end of the internal steps towards `target`. Normally this time is beyond `target`. After a change by the host, this
+ * time is `target`, because another change is likely and would discard all work beyond `target`. */
 static double fmu_limit(const fmu_state *s, double target, double h) { return s->moved ? target : target + LOOKAHEAD_STEPS * h; }
 
 /* Largest number of internal steps in a communication step. */
@@ -52,7 +52,7 @@ static long fmu_most_steps(const fmu_state *s) {
   return most >= 1.0 && most < MANY_STEPS ? (long)most : (long)MANY_STEPS;
 }
 
-/* Update the state and the log after a step to `target` that ended with the runtime status `status`. */
+/* Update the state and the log after a step to `target`. status: status that the runtime returned for the step. */
 static fmu_status fmu_arrived(fmu_instance *m, int status, double target) {
   fmu_state *s = m->state;
   const double reach = fmu_limit(s, target, target - s->time);

@@ -1,7 +1,7 @@
 /* Directional derivatives of outputs with respect to inputs. In model exchange, state derivatives can also be unknowns, and states
  * can also be knowns. All derivatives come from the exact derivatives of the kernel. */
 
-/* A direction: changes of the input signals and of the states. columns: whether derivatives of outputs are requested. */
+/* A direction: changes of the input signals and of the states. columns: whether the host requests derivatives of outputs. */
 typedef struct fmu_direction {
   tr_signal *inputs;
   double *states;
@@ -22,7 +22,7 @@ static fmu_status fmu_along(fmu_instance *m, const fmu_direction *d, double *all
   return ok ? FMU_OK : fmu_log(m, m->exchange ? FMU_DISCARD : FMU_ERROR, "t = %.12g s: the derivatives do not exist at this state, for example at an event: ask at another time", m->state->time);
 }
 
-/* Whether a reference is a state (behind = 0) or a state derivative (behind = 1) in model exchange. */
+/* Whether a reference belongs to a state (behind = 0) or to a state derivative (behind = 1) in model exchange. */
 static int fmu_is_exchanged_state(const fmu_instance *m, fmu_reference r, int behind) {
   const unsigned first = fmu_first_state() + (unsigned)(behind * fmu_states());
   return m->exchange && r >= first && r < first + (unsigned)fmu_states();
@@ -56,7 +56,7 @@ static void fmu_seed(const fmu_instance *m, fmu_reference known, double seed, fm
   if (m->state->time < in->begin) return; /* the input has no effect yet */
   const double w = in->bandwidth, answer = at >= MODEL->inputs ? which % 2 ? 1.0 : 2.0 * w : w * w;
   if (in->followed == 0.0) d->inputs[which / 2].value += seed;
-  else d->inputs[which / 2].second += answer * seed; /* if a motion follows the input, the acceleration changes at once */
+  else d->inputs[which / 2].second += answer * seed; /* the acceleration of a motion that follows the input changes at once */
 }
 
 /* Whether any of the unknowns is an output. */

@@ -1,11 +1,12 @@
-/* Error estimates of outputs, from the difference to a second run with a tighter tolerance (theory, "Global error"). */
+/* Error estimates of outputs, computed from the difference between the run and a second run with a tighter tolerance (theory,
+ * "Global error"). */
 
 #define RESOLVED 3e-3   /* smallest meaningful difference of the runs, relative to tolerance times size of an output */
 #define LEAST_STATED_ERROR 1e-13 /* smallest error, relative to an output or to the scale of its unit, whichever is larger */
 #define LINEAR 0.3      /* largest error that counts as small, relative to the size of an output plus the scale of its unit */
 #define DECIDED_LATE 1.0 /* if the numbers of events differ for longer than this, relative to 1/rate, the two runs have diverged */
 
-/* Start the second run with the same start values as the run. begin: function that starts a run. */
+/* Start the second run with the start values of the first run. begin: function that starts a run. */
 static void fmu_begin_second(fmu_instance *m, fmu_status (*begin)(fmu_instance *m, double tighter)) {
   fmu_state *s = m->state;
   const fmu_instance quiet = {.state = s, .name = m->name};
@@ -39,7 +40,7 @@ static int fmu_compare(fmu_state *s, int alike) {
   return small;
 }
 
-/* Advance the second, more accurate run to the time that the first run has reached, and compare the two. No internal step ends
+/* Advance the second, more accurate run to the time that the first run has reached, and compare the two runs. No internal step ends
  * after `reach`. If the runs differ too much, estimates end (certified = -1). */
 static void fmu_second_follows(fmu_instance *m, double reach) {
   fmu_state *s = m->state;

@@ -1,12 +1,12 @@
-/* FMI 3.0 clocks that tick at events. The look-ahead can report a reversal before the run records this reversal. The clock does not
- * tick a second time when the run records it. */
+/* FMI 3.0 clocks that tick at events. The look-ahead can report a reversal before the run records this reversal. The clock then
+ * does not tick again when the run records the reversal. */
 
 #define SAME_EVENT 1e-9 /* relative to 1/rate: events at most this far apart count as the same event */
 
 /* Whether events at the times a and b count as the same event. */
 static int fmu_same_event(double a, double b) { return fabs(a - b) <= SAME_EVENT / MODEL->rate; }
 
-/* Clear all data about past events, and about events that a look-ahead found. */
+/* Clear all data about past events and about events that the look-ahead found. */
 static void fmu_forget_events(fmu_state *s) {
   s->ticking = s->event = s->midway = 0, s->seen = s->start, s->stride = 0.0;
   if (!MODEL->clocks) return;
@@ -14,7 +14,7 @@ static void fmu_forget_events(fmu_state *s) {
   for (int i = 0; i < MODEL->kernel->nsliders; ++i) FMU_A(s, heard)[i] = FMU_A(s, given_up)[i] = -INFINITY;
 }
 
-/* Whether event e is a reversal that a look-ahead reported before the run recorded it. */
+/* Whether event e is a reversal that a look-ahead reported before the run recorded the event. */
 static int fmu_is_heard(const fmu_state *s, const tr_event *e) {
   return e->kind == TR_EV_REVERSAL && fmu_same_event(e->time, FMU_A(s, heard)[(int)e->index]);
 }

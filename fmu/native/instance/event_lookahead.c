@@ -1,15 +1,15 @@
 /* Steps that end at events (FMI 3.0). A copy of the run locates the next event, and the run then advances to this event. The
- * internal steps of the run are the same as in a run without stops. */
+ * internal steps of the run are those of a run that does not end steps at events. */
 
-#define LOOK_AHEAD 1.0 /* longest look-ahead for a reversal's record, relative to 1/rate; a later record is reported when made */
+#define LOOK_AHEAD 1.0 /* longest wait for the record of a reversal, relative to 1/rate */
 
-#define DUE 32         /* largest number of events in a look-ahead; clocks of further events tick when these are recorded */
+#define DUE 32         /* largest number of events in a look-ahead; the clocks of further events tick when these are recorded */
 
 /* Result of a look-ahead. */
 typedef struct fmu_sight {
   int ended, event;  /* ended: status of the copy's step; event: whether an event was found */
-  int same;          /* whether the copy did only what the run would do; if so, the copy can replace the run */
-  double time, known; /* time of the first event, and time at which it is recorded, s; INFINITY if there is no event */
+  int same;          /* whether the run would have made the same steps as the copy; the copy can then replace the run */
+  double time, known; /* time of the first event, and time of its record, s; INFINITY if there is no event */
   int ndue;
   tr_event due[DUE]; /* found events */
 } fmu_sight;
@@ -21,8 +21,8 @@ static int fmu_can_look(fmu_instance *m) {
   return m->ahead && m->before;
 }
 
-/* Whether state s contains recorded events that are not yet reported and that end a step from time `from`. sight: look-ahead
- * result to update, or NULL. An event at or before `from` is reported at the time of its record. */
+/* Whether state s contains recorded events that are not yet reported and that end a step from time `from`. sight: look-ahead result
+ * to update, or NULL. An event at or before `from` counts at the time of its record. */
 static int fmu_new_events(const fmu_state *s, double from, fmu_sight *sight) {
   tr_sim *sim = FMU_SIM(s);
   const tr_event *e = (const tr_event *)tr_array(sim, TR_ARRAY_EVENTS);
@@ -38,8 +38,8 @@ static int fmu_new_events(const fmu_state *s, double from, fmu_sight *sight) {
   return found;
 }
 
-/* Whether a pair of the copy, in its proportional zone, has reversed by `until`, and this reversal is neither reported nor given
- * up. give_up: whether to give up the found reversals: the look-ahead then no longer waits for their records. */
+/* Whether a friction pair of the copy is in its proportional zone and has reversed by `until`. Reversals that are reported or given
+ * up do not count. give_up: give up the found reversals. The look-ahead does not wait for the records of these reversals. */
 static int fmu_unsure(const fmu_instance *m, double until, int give_up) {
   int found = 0;
   for (int i = 0; i < MODEL->kernel->nsliders; ++i) {
@@ -52,7 +52,7 @@ static int fmu_unsure(const fmu_instance *m, double until, int give_up) {
   return found;
 }
 
-/* Whether a pair of the copy is in its proportional zone. */
+/* Whether a friction pair of the copy is in its proportional zone. */
 static int fmu_in_zone(const fmu_instance *m) {
   double turned;
   for (int i = 0; i < MODEL->kernel->nsliders; ++i)
@@ -60,7 +60,7 @@ static int fmu_in_zone(const fmu_instance *m) {
   return 0;
 }
 
-/* Advance the copy to time t. Events on the way do not stop the copy; they are added to `sight`. Returns whether the copy reached
+/* Advance the copy to time t. Events on the way do not stop the copy, but are added to `sight`. Returns whether the copy reached
  * t. */
 static int fmu_go_past(fmu_instance *m, double t, double limit, double from, fmu_sight *sight) {
   tr_sim *sim = FMU_SIM(m->ahead);
@@ -109,8 +109,8 @@ static fmu_sight fmu_look(fmu_instance *m, double target, double limit) {
   return sight;
 }
 
-/* Compute in `before` the row just before the event that is recorded at `time`, by a run to `time` that does not handle the event.
- * Only needed if the look-ahead has not stored this row. */
+/* Compute the row just before the event that is recorded at `time`, and store the row in `before`. A copy of the run advances to
+ * `time` without handling the event. This function is needed if the look-ahead has not stored the row. */
 static void fmu_row_up_to(fmu_instance *m, double time, double limit) {
   memcpy(m->ahead, m->state, m->state->bytes);
   if (tr_reach(FMU_SIM(m->ahead), time, limit, (long)MANY_STEPS, m->before) != TR_DONE) m->before[0] = NAN;
@@ -148,8 +148,8 @@ static fmu_status fmu_stop_before_record(fmu_instance *m, const fmu_sight *sight
   return status;
 }
 
-/* The time up to which there is certainly no event. It is the end of the pending step; if a pair can reverse in the step, it is the
- * beginning of the step. */
+/* The time up to which there is certainly no event. This time is the end of the pending step. If a friction pair can reverse in the
+ * step, the time is the beginning of the step. */
 static double fmu_seen(const fmu_instance *m) {
   const tr_sim *sim = FMU_SIM(m->ahead);
   return sim->pending.kind == TR_NOTHING || fmu_in_zone(m) ? tr_time(sim) : sim->pending.t;
@@ -172,7 +172,7 @@ static fmu_status fmu_go_to_event(fmu_instance *m, double target, double h) {
   return fmu_arrived(m, TR_DONE, target);
 }
 
-/* After the host handled an event, update the outputs to the values just after it. */
+/* After the host has handled an event, update the outputs to the values just after the event. */
 static fmu_status fmu_after_event(fmu_instance *m) {
   fmu_state *s = m->state;
   fmu_handled(s);

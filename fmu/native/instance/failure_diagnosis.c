@@ -1,4 +1,4 @@
-/* Reason and joint of a failed run, with the texts of engine/simulation/execution/failure_diagnosis.py. */
+/* Reason and joint of a failed run. The texts of the messages are those of engine/simulation/execution/failure_diagnosis.py. */
 
 /* The name of a joint with friction by its number (from 1); "" for other numbers. */
 static const char *fmu_joint(double number) { return number >= 1.0 && number <= MODEL->joints ? MODEL->joint[(int)number - 1] : ""; }
@@ -34,7 +34,7 @@ static const char *fmu_fastest(tr_sim *sim) {
   return joint;
 }
 
-/* The joint of a failure, "" if no joint is known. *why: reason. *more: further text. The function changes sim. */
+/* The joint in which a run failed; "" if no joint is known. *why: reason. *more: further text. The function changes sim. */
 static const char *fmu_cause(tr_sim *sim, int status, int *why, const char **more) {
   int pair = -1;
   double number;

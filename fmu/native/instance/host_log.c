@@ -1,6 +1,6 @@
 /* Messages to the host. Each message has a category: a status, an event, or the progress of the run. */
 
-/* Categories: all messages; one category for each status; events; progress. */
+/* The categories: all messages, one category for each status, events, and progress. */
 enum { FMU_SAYS_ALL, FMU_SAYS_EVENTS = 5, FMU_SAYS_PROGRESS, FMU_CATEGORIES };
 static const char *const fmu_category[FMU_CATEGORIES] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal",
                                                          "logEvents", "logProgress"};
@@ -54,8 +54,7 @@ static int fmu_choose_log(fmu_instance *m, int on, size_t n, const char *const *
   return known;
 }
 
-/* Log the events since the last call with their times, and tick the clocks of these events, unless a look-ahead
- * has already ticked them. */
+/* Log the events since the last call with their times. Tick the clocks of these events that no look-ahead has ticked. */
 static void fmu_tell_events(const fmu_instance *m) {
   tr_sim *sim = FMU_SIM(m->state);
   const tr_event *e = (const tr_event *)tr_array(sim, TR_ARRAY_EVENTS);

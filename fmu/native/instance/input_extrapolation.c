@@ -12,8 +12,8 @@ static int fmu_sampled(const fmu_input *in) { return in->changes >= IN_A_ROW && 
 /* Derivative of order k + 1 of an input: from a function call of the host, or from a derivative input. */
 static double fmu_told(const fmu_input *in, int k) { return in->told[k] + in->given[k]; }
 
-/* Bandwidth with which a motion follows its input. It is the requested bandwidth `asked`; for a sampled input, it is limited by the
- * sample time. */
+/* Bandwidth with which a motion follows its input. asked: requested bandwidth. The sample time limits the bandwidth of a sampled
+ * input. */
 static double fmu_bandwidth(const fmu_input *in, double asked) {
   return fmu_sampled(in) ? fmin(asked, CARRIED / (in->last_t - in->before_t)) : asked;
 }
@@ -54,7 +54,7 @@ static void fmu_note_input(const fmu_state *s, fmu_input *in, double t, double a
   if (in->last_t > in->before_t) fmu_sample(in, asked);
 }
 
-/* Whether a sampled input did not change at the present communication point, so that its extrapolation must stop. */
+/* Whether a sampled input kept its value at the present communication point. Its extrapolation must then stop. */
 static int fmu_input_stopped(const fmu_state *s) {
   for (int i = 0; i < MODEL->inputs; ++i) {
     const fmu_input *in = FMU_INPUTS(s) + i;
@@ -72,7 +72,8 @@ static void fmu_say_slower(fmu_instance *m, const fmu_input *in, double asked, c
           "or couple by torque", name, asked, in->last_t - in->before_t, used);
 }
 
-/* Warn once that a motion and the source of its input drive each other up. The force on the source acts one communication step late. */
+/* Warn once that a motion and the source of its input make each other grow. The cause is that the force on the source acts one
+ * communication step late. */
 static void fmu_say_swings(const fmu_instance *m, fmu_input *in, const char *name) {
   if (in->swings != SWINGS) return;
   in->swings += 1.0;

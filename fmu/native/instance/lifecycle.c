@@ -3,7 +3,7 @@
 #define LEAST_GIVEN_RTOL 1e-14 /* bounds of relative tolerances: smaller ones are round-off, larger ones give useless results */
 #define MOST_RTOL 0.1
 
-/* The reason why an instance of this type and GUID cannot be created; NULL if it can be created. */
+/* The reason why an instance of this type and GUID cannot be created; NULL if there is no such reason. */
 static const char *fmu_refusal(int type, const char *guid) {
   if (!(MODEL->types & type))
     return type == FMU_EXCHANGE ? "this FMU is only for co-simulation" : "this FMU is only for model exchange";
@@ -12,8 +12,8 @@ static const char *fmu_refusal(int type, const char *guid) {
                        : "the GUID is not that of this FMU: use the modelDescription.xml of the same export";
 }
 
-/* Create an instance with the exported values. On failure, logs the reason and returns NULL. why: a known reason against the
- * instance, or NULL. */
+/* Create an instance with the exported values. On failure, logs the reason and returns NULL. why: a reason why the instance cannot
+ * be created, or NULL. */
 static fmu_instance *fmu_create(const fmu_host *host, const char *name, const char *why, int logging) {
   fmu_instance probe = {.host = *host, .name = (char *)(name ? name : ""), .logging = FMU_EVERYTHING};
   fmu_state layout = {0};

@@ -71,7 +71,7 @@ static void fmu_adopt(fmu_state *s) {
   fmu_swap(s), fmu_adopt_run(s), fmu_swap(s);
 }
 
-/* A copy of the state, in which a run can continue; NULL if memory is lacking. The caller frees the copy. */
+/* A copy of the state, in which the run can be continued; NULL if memory is lacking. The caller frees the copy. */
 static fmu_state *fmu_copied(const fmu_instance *m) {
   fmu_state *copy = fmu_allocate(m->state->bytes);
   if (!copy) return NULL;

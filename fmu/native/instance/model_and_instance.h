@@ -1,4 +1,5 @@
-/* Data of the shell. An exported model consists of constant, generated tables. An instance has one relocatable block of memory.
+/* Data of the FMI functions (the shell). An exported model consists of constant, generated tables. An instance has one relocatable
+ * block of memory.
  *
  * The block begins with fmu_state and contains all data that change. A state is saved by copying the block. There are no global
  * variables, so a process can have any number of instances in any threads. */
@@ -13,7 +14,7 @@
 
 #define SAME_POINT 1e-9 /* relative to the communication step: times at most this far apart count as the same communication point */
 #define LOOKAHEAD_STEPS 1e4 /* internal steps may reach this many communication steps ahead, even beyond a stop time */
-#define MANY_STEPS 1e9  /* this many internal steps in a communication step mean that there is no limit */
+#define MANY_STEPS 1e9  /* a limit of this many internal steps in a communication step means no limit */
 
 #define SOURCE_VALUES 3 /* a source of an input has a value and two derivatives */
 #define FMU_STACK 256 /* stack depth of expressions (STACK of fmu/c_source/model_tables.py) */
@@ -28,7 +29,7 @@ typedef unsigned fmu_reference;
 enum fmu_setting_kind { FMU_NUMBER, FMU_START_Q, FMU_START_QD, FMU_BANDWIDTH, FMU_TOLERANCE, FMU_STEP, FMU_MAX_STEPS, FMU_HOST_TOLERANCE,
                         FMU_MOST_EVENTS, FMU_MOST_EVALUATIONS, FMU_MOST_ITERATIONS, FMU_ERRORS, FMU_PARAMETER };
 
-/* Use of the host's tolerance: never; only if the tolerance is tighter; always. */
+/* When the run uses the host's tolerance: never; only if it is tighter than solver.tolerance; always. */
 enum { FMU_HOST_ASIDE, FMU_HOST_TIGHTER, FMU_HOST_COUNTS };
 
 /* Operations in the stack code of expressions. FMU_VALUE is followed by a number, FMU_SETTING by the index of a parameter. */
@@ -53,8 +54,8 @@ typedef struct fmu_outcome {
   const char *name, *advice;
 } fmu_outcome;
 
-/* A loop. joint: joint that the message about a loop that cannot close names. gimbal: joint that the message about a gimbal lock
- * names. words: further text. */
+/* A loop. joint: joint in the message that the loop cannot close. gimbal: joint in the message about a gimbal lock. words: further
+ * text of these messages. */
 typedef struct fmu_loop {
   const char *joint, *gimbal, *words;
 } fmu_loop;
@@ -67,23 +68,23 @@ typedef struct fmu_rate {
 } fmu_rate;
 
 /* Clocks of events (FMI 3.0), one for each joint and kind of event. last: output column with the number of the last event's joint,
- * -1 if there is none. of: index of the clock of each kind of event, first for each pair, then for each stop; -1 if there is no
- * clock. */
+ * -1 if there is no such column. of: index of the clock of each kind of event, first for each friction pair, then for each end
+ * stop; -1 if there is no clock. */
 typedef struct fmu_clocks {
   int count, kinds, last;
   const int *of;
 } fmu_clocks;
 
 /* Properties of the error of an output. errs: whether the output has an error estimate. jumps: whether the output jumps at events.
- * wraps: whether the output is an angle modulo 2*pi. tells: whether errors count as small only if this error is small.
- * scale: size of the output's unit in the scene. */
+ * wraps: whether the output is an angle modulo 2*pi. tells: whether the estimates of all outputs are valid only while the error of
+ * this output is small. scale: size of the output's unit in the scene. */
 typedef struct fmu_erring {
   int errs, jumps, wraps, tells;
   double scale;
 } fmu_erring;
 
-/* One of the sources of an input: the input is the sum of factor * value + offset over its sources. to: the input, counted as in
- * value references. start: start value of the source. */
+/* One of the sources of an input: the input is the sum of factor * value + offset over its sources. to: index of the input in the
+ * order of value references. start: start value of the source. */
 typedef struct fmu_source {
   int to;
   double factor, offset, start;
@@ -99,7 +100,7 @@ typedef struct fmu_model {
   const int *derivative; /* for each derivative input: 2 · index of its input, + 1 for the second derivative */
   const int *whole;      /* for each variable: 1 for an integer variable, else 0 */
   const int *slope;      /* for each output: index of its time derivative among the outputs; −1: none; −2: discrete output */
-  const int *integral;   /* for each output: 1 if it is computed from integrated powers (works), else 0 */
+  const int *integral;   /* for each output: 1 if computed from integrated powers (works), else 0 */
   const tr_kernel *kernel;
   const tr_outputs *columns;
   const tr_jacobian *jacobian;
@@ -117,17 +118,17 @@ typedef struct fmu_model {
   const fmu_loop *loop;
   int rates;
   const fmu_rate *moving;
-  const char *const *joint_of; /* for each pair, then for each stop: name of its joint */
+  const char *const *joint_of; /* name of the joint of each friction pair, then of each end stop */
   const char *const *event;    /* names of events by kind */
   const double *code; /* stack code of all expressions; the code of follower i is from begin[i] to begin[i + 1] */
   const int *begin;
   int joints;
   const char *const *joint, *const *law; /* joint: names of the joints with friction; law: texts about violated laws of the audit */
   const int *width;         /* for each reference: number of values, 0 inside an array; NULL in FMI 2.0, which has no arrays */
-  const int *type;          /* for each reference: FMU_FLOAT64, …; NULL in FMI 2.0 */
+  const int *type;          /* for each reference: type, such as FMU_FLOAT64; NULL in FMI 2.0 */
   const fmu_clocks *clocks; /* NULL in FMI 2.0 */
   const fmu_erring *erring; /* for each output; NULL without error estimates */
-  double tighter, larger;   /* tolerance of the run / that of the second run; error / difference of the two runs */
+  double tighter, larger;   /* tolerance of the run / tolerance of the second run; error / difference of the two runs */
   int sources;
   const fmu_source *source; /* the sources of inputs that are sums */
 } fmu_model;
@@ -140,7 +141,7 @@ enum { FMU_NEW_INPUTS = 1, FMU_NEW_PARAMETERS = 2, FMU_NEW = FMU_NEW_INPUTS | FM
 
 /* An input from the present communication point on. told: derivatives from fmi2SetRealInputDerivatives. given: derivatives from
  * derivative inputs. A motion that follows the input uses the other fields. last, before: values at the last two changes. last_t,
- * before_t: their times, s. changes: number of consecutive communication points with changes. */
+ * before_t: times of these changes, s. changes: number of consecutive communication points with changes. */
 typedef struct fmu_input {
   double value, told[2], given[2];
   double last, last_t, before, before_t;
@@ -181,7 +182,7 @@ typedef struct fmu_state {
   int event;      /* whether the run is at an event; the outputs are then the values just before the event */
   double seen;    /* no event happens up to this time, s, unless the host changes something */
   double stride;  /* longest communication step so far */
-  int certified;  /* what a host reads as an output. 1: its error estimate; -1: NaN (estimates are no longer valid); 0: its value */
+  int certified;  /* the number that a host reads as an output. 1: error estimate; -1: NaN (the estimates are invalid); 0: value */
   double apart;   /* last time at which both runs had the same number of events, s */
   int settings, trial, inputs, sources, row, ticks, heard, given_up, sim, other, errors, second; /* offsets behind this struct, doubles */
 } fmu_state;

@@ -36,7 +36,7 @@ static fmu_status fmu_set_states(fmu_instance *m, const double *x, size_t n) {
   return FMU_OK;
 }
 
-/* Check a call that gets one value for each state, and start the run if it has not been started. */
+/* Check a call that gets one value for each state. Start the run first if the host has not started it. */
 static fmu_status fmu_may_get(fmu_instance *m, const char *call, const double *x, size_t n) {
   fmu_status status = fmu_may_exchange(m, call, FMU_AT_ALL, n, fmu_states());
   if (status == FMU_OK && m->state->mode == FMU_INITIALIZATION) status = fmu_refresh(m);
@@ -110,7 +110,7 @@ static fmu_status fmu_enter_continuous(fmu_instance *m) {
   return status;
 }
 
-/* The information that the importer gets after an event. */
+/* Write the information that the importer gets after an event. */
 typedef struct fmu_said {
   int again, terminate, values, defined;
   double next;

@@ -21,7 +21,8 @@ static fmu_status fmu_take_in(fmu_instance *m) {
   return FMU_OK;
 }
 
-/* Discard a state that has no solution in the present modes. States nearer to the last completed step have a solution. */
+/* Return fmu_discard for a state that has no solution in the present modes. States nearer to the last completed step have a
+ * solution. */
 static fmu_status fmu_none_there(fmu_instance *m) {
   return fmu_log(m, FMU_DISCARD, "t = %.12g s: the given state has no motion in the present modes, because an event lies before it: make a smaller step", m->state->time);
 }

@@ -19,8 +19,8 @@ static double fmu_exchanged_at(tr_sim *sim, const double *rates, int at) {
   return at < n ? tr_array(sim, TR_ARRAY_STATE)[at] : at < 2 * n ? rates[at - n] : tr_indicators(sim)[at - 2 * n];
 }
 
-/* The value of a state, state derivative or event indicator of a co-simulation instance. The value is computed in a copy of the
- * run, because the internal time of the run can be ahead of the communication point. */
+/* The value of a state, state derivative or event indicator of a co-simulation instance. The internal time of the run can be ahead
+ * of the communication point. Therefore the value is computed in a copy of the run. */
 static fmu_status fmu_exchanged_inside(fmu_instance *m, int at, double *value) {
   const fmu_status status = fmu_refresh(m);
   if (status > FMU_WARNING) return status;

@@ -22,8 +22,8 @@ static void fmu_start_values(fmu_state *s) {
   }
 }
 
-/* Check the parameters that limit each other, and log a violation. This check is made when the parameters take effect, because
- * hosts set parameters one by one. After a violation, the host can correct the parameters and continue. */
+/* Check the parameters that limit each other, and log a violation. The check is made when the parameters take effect, because hosts
+ * set parameters one by one. After a violation, the host can correct the parameters and continue. */
 static fmu_status fmu_together(fmu_instance *m) {
   const double *value = FMU_A(m->state, settings);
   for (int i = 0; i < MODEL->settings; ++i) {

@@ -2,12 +2,12 @@
 #include <stdint.h>
 
 #define SEAL_MARK "TRUNN-1" /* identifies this format */
-#define SEAL_MIX 0x100000001b3u /* odd: the multiplication is invertible, and every change of a single word changes the checksum */
+#define SEAL_MIX 0x100000001b3u /* odd, so that every change of a single word changes the checksum */
 
 /* Header of a serialized state. */
 typedef struct fmu_seal {
   char mark[8];
-  uint64_t sum; /* checksum of the state, which follows the header */
+  uint64_t sum; /* checksum of the state; the state follows the header */
 } fmu_seal;
 
 /* Checksum of all whole 8-byte words of the data. */
@@ -53,7 +53,7 @@ static int fmu_refit(fmu_state *s) {
   return tr_refit(FMU_SIM(s), MODEL->kernel, MODEL->columns, MODEL->jacobian, MODEL->nbreaks, MODEL->ntables, MODEL->events);
 }
 
-/* Apply fmu_refit to the second run, if there is one. Returns whether its contents are valid. */
+/* Apply fmu_refit to the second run, if the model has one. Returns whether the contents of the second run are valid. */
 static int fmu_refit_second(fmu_state *s) {
   if (!s->certified) return 1;
   if (!MODEL->erring || s->certified > 1 || s->certified < -1) return 0;
@@ -63,7 +63,7 @@ static int fmu_refit_second(fmu_state *s) {
   return fits;
 }
 
-/* Set the offsets of a state, and return whether its contents are valid: mode, flags, times, runs. */
+/* Set the offsets of a state. Returns whether mode, flags, times and runs of the state are valid. */
 static int fmu_in_range(fmu_state *s) {
   fmu_state layout = {0};
   fmu_layout(&layout);

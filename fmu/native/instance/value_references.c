@@ -5,7 +5,7 @@
 static int fmu_first_source(void) { return MODEL->inputs + MODEL->derivatives; }
 static int fmu_all_inputs(void) { return fmu_first_source() + MODEL->sources; }
 
-/* Number of values of the variable at a reference. It is above 1 for an array (only in FMI 3.0), and 0 inside an array. */
+/* Number of values of the variable at a reference. The number is above 1 for an array (only in FMI 3.0), and 0 inside an array. */
 static int fmu_width(fmu_reference r) { return MODEL->width ? MODEL->width[r] : 1; }
 
 static int fmu_count(void) { return MODEL->outputs + fmu_all_inputs() + MODEL->settings - MODEL->followers; }
@@ -18,7 +18,7 @@ static int fmu_states(void) {
 
 static int fmu_indicators(void) { return 2 * MODEL->kernel->nsliders + MODEL->kernel->nstops + (MODEL->kernel->neta > 0); }
 
-/* The reference of the first state. The state derivatives follow the states; then the event indicators follow. */
+/* The reference of the first state. The other states, the state derivatives and the event indicators follow. */
 static unsigned fmu_first_state(void) {
   return (unsigned)(fmu_count() + (MODEL->clocks ? 1 + 3 * MODEL->clocks->count + (MODEL->clocks->last >= 0) : 0));
 }

@@ -46,7 +46,7 @@ static fmu_status fmu_check_setting(fmu_instance *m, const fmu_setting *g, doubl
   return FMU_OK;
 }
 
-/* Compute the numbers that depend on changed parameters in `trial`, and check these numbers. Logs the reason if a number is not
+/* Compute in `trial` the numbers that depend on changed parameters, and check these numbers. Logs the reason if a number is not
  * allowed. */
 static fmu_status fmu_check_followers(fmu_instance *m, double *trial) {
   const double *settings = FMU_A(m->state, settings);
@@ -93,7 +93,7 @@ static fmu_status fmu_try(fmu_instance *m, int r, double value, double *trial) {
   return status;
 }
 
-/* Check a value for the reference of a state. FMI has SetContinuousStates for states; some importers set them as variables. */
+/* Check a value for the reference of a state. FMI sets states by SetContinuousStates, some importers set states as variables. */
 static fmu_status fmu_try_state(fmu_instance *m, fmu_reference r, double value) {
   const int in_run = m->state->mode == FMU_EVENTS || m->state->mode == FMU_CONTINUOUS;
   FMU_NEED(m->exchange && in_run && r < fmu_first_state() + (unsigned)fmu_states(),

@@ -1,4 +1,4 @@
-/* Search for the libraries and resources of the python flavour, on Linux and Windows. */
+/* Search for the libraries and the resources folder of an FMU of the python flavour, on Linux and Windows. */
 #if defined _WIN32
 #define BRIDGE_EXPORT __declspec(dllexport)
 #define WIN32_LEAN_AND_MEAN
@@ -88,8 +88,8 @@ static int bridge_is_there(const char *folder) {
 #endif
 }
 
-/* Find the resources folder from the host's URI (with escapes; file:/, file:// or file:///), or else relative to this library.
- * Returns whether the folder exists. */
+/* Find the resources folder from the host's URI, or else relative to this library. The URI may have escapes; it begins with file:/,
+ * file:// or file:///. Returns whether the folder exists. */
 static int bridge_resources(const char *uri, char *out) {
   const char *from = uri ? uri : "";
   char *to = out, *last = out + PATH_MOST - 1;

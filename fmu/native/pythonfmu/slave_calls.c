@@ -1,6 +1,6 @@
 /* FMI 2.0 functions of the library of the python flavour. Most functions call the slave; some call the model directly. */
 
-#define BEHIND "\x1f" /* separates the instance name from the address of the bridge in the name that the slave receives */
+#define BEHIND "\x1f" /* separates the instance name and the address of the bridge in the name that the slave receives */
 
 /* Data that loader and slave share. The slave uses the first six fields (fmu/binaries/python_flavour_slave.py.txt). */
 typedef struct fmu_bridge {
@@ -42,7 +42,7 @@ static fmi2Status bridge_worse(const fmu_bridge *b, fmi2Status status) { return 
     tr_leave(host); \
     return bridge_worse(b, status); \
   }
-/* Define a function that pythonfmu does not pass on to the slave. It calls the model directly. */
+/* Define a function that pythonfmu does not pass on to the slave. The function calls the model directly. */
 #define MODEL(name, parameters, arguments) \
   BRIDGE_EXPORT fmi2Status name parameters { \
     fmu_bridge *b = c; \
@@ -108,7 +108,8 @@ SLAVE(fmi2GetReal, (VALUES, fmi2Real v[]), (b->slave, r, n, v))
 SLAVE(fmi2SetReal, (VALUES, const fmi2Real v[]), (b->slave, r, n, v))
 SLAVE(fmi2DoStep, (fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean last), (b->slave, t, h, last))
 
-/* The slave has no integers and no state of its own; pythonfmu's states are only the registered variables, and it accepts any bytes. */
+/* The slave has no integers and no state of its own. The states of pythonfmu hold only the registered variables, and pythonfmu
+ * accepts any bytes as a state. */
 MODEL(fmi2GetInteger, (VALUES, fmi2Integer v[]), (b->model, r, n, v))
 MODEL(fmi2SetInteger, (VALUES, const fmi2Integer v[]), (b->model, r, n, v))
 MODEL(fmi2GetBoolean, (VALUES, fmi2Boolean v[]), (b->model, r, n, v))

@@ -1,5 +1,5 @@
-/* The functions of an exported model as a plain C library (documented in ``mechanism.h``). They allocate no memory and print
- * nothing. The caller owns the struct with all data. The struct has the layout of an FMU's memory block. */
+/* The functions of an exported model as a plain C library (documented in ``mechanism.h``). The functions allocate no memory and
+ * print nothing. The caller owns the struct with all data. The struct has the layout of an FMU's memory block. */
 
 /* Does not compile if the bounds with which the struct's size was computed are too small. */
 typedef char mechanism_has_room[sizeof(fmu_state) <= MECHANISM_SHELL && sizeof(fmu_input) <= MECHANISM_INPUT ? 1 : -1];

@@ -11,7 +11,7 @@ fmi2Status fmu_fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, co
   return fmi2OK;
 }
 
-/* Pass a message to the host. "%" is replaced by a space, because the host would interpret it as a format. */
+/* Pass a message to the host. "%" is replaced by a space, because the host would interpret "%" as a format. */
 static void fmi2_say(const fmu_host *host, const char *name, fmu_status status, const char *category, char *text) {
   for (char *c = text; *c; ++c)
     if (*c == '%') *c = ' ';
@@ -132,7 +132,7 @@ fmi2Status fmu_fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean n
 
 fmi2Status fmu_fmi2CancelStep(fmi2Component c) { FMU_CALL(c, fmu_log(m, FMU_ERROR, "fmi2CancelStep: there is no step to cancel, because fmi2DoStep returns only after its step")); }
 
-/* Define fmi2Get…Status of one value type. This FMU has one kind of status of each such type. */
+/* Define fmi2Get…Status for one type of value. This FMU has one kind of status for each type. */
 #define FMI2_STATUS(Name, type, known, answer) \
   fmi2Status fmu_fmi2##Name(fmi2Component c, const fmi2StatusKind kind, type *value) { \
     FMU_ENTER(c); \

@@ -89,8 +89,8 @@ fmi3Status fmu_fmi3Reset(fmi3Instance c) {
   return fmi3OK;
 }
 
-/* Call the host's intermediate update, in which the host can get outputs and set inputs. Returns whether the host requests an early
- * return. *until: reduced to the time of the early return. */
+/* Call the host's function for intermediate updates, in which the host can get outputs and set inputs. Returns whether the host
+ * requests an early return. The time of the early return replaces a later *until. */
 static int fmi3_ask(fmu_instance *m, int may_return, double *until) {
   fmi3Boolean asked = fmi3False;
   fmi3Float64 when = m->state->time;

@@ -1,5 +1,6 @@
 /* Access to variables in FMI 3.0. Variables have the value references of FMI 2.0; an array has the reference of its first value.
- * Further references belong to time, clocks, times of their last ticks, numbers of their ticks, and the joint of the last event. */
+ * Further references belong to the time, to the clocks with the times and the numbers of their ticks, and to the joint of the last
+ * event. */
 
 #define FMI3_NONE (-1)
 
@@ -21,7 +22,7 @@ static size_t fmi3_numbers(const fmi3ValueReference vr[], size_t n) {
   return all;
 }
 
-/* Whether a variable can be accessed between communication points. Only continuous inputs and outputs can. */
+/* Whether a host can access a variable between communication points, as is allowed for continuous inputs and outputs only. */
 static int fmi3_is_between(fmi3ValueReference r) {
   if (r >= (unsigned)(MODEL->outputs + fmu_all_inputs()) || fmi3_type(r) != FMU_FLOAT64) return 0;
   return (int)r >= MODEL->outputs || MODEL->slope[r] != -2;
@@ -128,7 +129,7 @@ fmi3Status fmu_fmi3SetString(fmi3Instance c, const fmi3ValueReference vr[], size
   return fmi3OK;
 }
 
-/* A clock stays active until the host reads it or has handled the event. */
+/* A clock stays active until the host reads the clock or has handled the event. */
 fmi3Status fmu_fmi3GetClock(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Clock value[]) {
   FMU_ENTER(c);
   FMU_ARRAYS(n, vr && value);

@@ -1,4 +1,4 @@
-"""JSON documents of fits and studies that ``GET …/answer`` returns."""
+"""JSON documents with the results of fits and studies, returned by ``GET …/answer``."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class ProfileDocument(BaseModel):
 
 
 class IntervalDocument(BaseModel):
-    """A parameter's confidence interval: ``low`` and ``high`` follow from its profile, ``local`` follows from the curvature at the
-    estimate."""
+    """The confidence interval of a parameter. ``low`` and ``high`` follow from the profile of the parameter. ``local`` follows from
+    the curvature of the sum of squares at the estimate."""
 
     low: float | None
     high: float | None
@@ -32,12 +32,12 @@ class IntervalDocument(BaseModel):
         description="bound or open: the data do not limit the parameter at this end."
     )
     high_end: Literal["found", "bound", "open"]
-    local: list[float | None] = Field(min_length=2, max_length=2, description="null: not determined by the data.")
+    local: list[float | None] = Field(min_length=2, max_length=2, description="null: the data do not determine it.")
     profile: ProfileDocument
 
 
 class CombinationDocument(BaseModel):
-    """A combination of inseparable parameters whose value the data determine."""
+    """A combination of inseparable parameters. The data determine the value of the combination."""
 
     exponents: list[float]
     deviation: float | None
@@ -69,7 +69,7 @@ class FitDocument(BaseModel):
 
     values: dict[str, float | None]
     units: dict[str, str]
-    deviation: dict[str, float | None] = Field(description="Local standard deviations; null: not determined by the data.")
+    deviation: dict[str, float | None] = Field(description="Local standard deviations; null: the data do not determine it.")
     correlation: list[list[float | None]]
     misfit: float | None
     rounds: int
@@ -83,7 +83,7 @@ class FitDocument(BaseModel):
 
 
 class CandidateDocument(BaseModel):
-    """A compared friction law. ``why``: the reason if there is no fit."""
+    """A compared friction law. ``why``: the reason why ``fit`` is null."""
 
     name: str
     weight: float | None
@@ -94,15 +94,15 @@ class CandidateDocument(BaseModel):
 
 
 class ComparedDocument(BaseModel):
-    """The compared laws, best BIC first."""
+    """The compared friction laws. The law with the best BIC comes first."""
 
     candidates: list[CandidateDocument]
     notes: list[str]
 
 
 class ExperimentDocument(BaseModel):
-    """A possible experiment. ``gain``: expected information gain in bits; null if the experiment is impossible, for the reason in
-    ``why``."""
+    """A possible experiment. ``gain``: expected information gain in bits; null if the experiment is impossible. ``why``: the reason
+    why it is impossible."""
 
     name: str
     gain: float | None
@@ -115,7 +115,7 @@ class FitAnswer(BaseModel):
 
     kind: Literal["fit"]
     fit: FitDocument | None
-    why: str = Field(description="Why there is no fit.")
+    why: str = Field(description="The reason if there is no fit.")
     compared: ComparedDocument | None
     experiments: list[ExperimentDocument]
 
@@ -129,14 +129,14 @@ class NumberDocument(BaseModel):
 
 
 class Step(BaseModel):
-    """A case that was better than all earlier cases."""
+    """A case of an optimisation whose result was better than all earlier results."""
 
     case: int
     value: float | None = Field(description="Best result so far; null if the case violates constraints or has no value.")
 
 
 class ConstraintDocument(BaseModel):
-    """A constraint of an optimisation, SI units. null: no bound."""
+    """A constraint of an optimisation: bounds of the result ``of``, in SI units. null: no bound."""
 
     of: str
     low: float | None

@@ -100,7 +100,7 @@ def attempt_document(a: dict[str, Any]) -> dict[str, Any]:
 
 
 def stage_of(j: Job, told: str = "") -> str:
-    """The stage of a job. told: the stage that the first worker reported. It is shown until the job has rows."""
+    """The stage of a job. told: the stage that the first worker reported. Clients see this stage until the job has rows."""
     if j.state == "queued":
         return "waiting"
     return j.state if j.state != "running" else "running" if j.done else told or "starting"
@@ -126,7 +126,7 @@ def job_document(j: Job, told: str = "") -> dict[str, Any]:
 
 
 def current_counts(counts: dict[str, int]) -> dict[str, int]:
-    """Numbers of cases by outcome, with the current names of outcomes."""
+    """Numbers of cases by outcome. Deprecated names of outcomes are replaced by the current names."""
     found: Counter[str] = Counter()
     for name, n in counts.items():
         found[OUTCOMES.get(name, name)] += n
@@ -134,8 +134,8 @@ def current_counts(counts: dict[str, int]) -> dict[str, int]:
 
 
 def remaining_seconds(j: Job, now: float) -> float | None:
-    """Estimated seconds until a running job is done, from its recent pace; None before the first rows arrive. The estimate is at
-    least the time since the last rows arrived."""
+    """Estimated seconds until a running job is done, computed from the job's recent pace. None before the first rows arrive. The
+    estimate is at least the time since the last rows arrived."""
     if not j.pace or j.landed is None:
         return None
     return max(j.pace * (j.cases - j.done - j.lost), now - j.landed)

@@ -1,4 +1,4 @@
-"""RFC 9457 problem documents for errors. They contain the list of problems that the command line prints."""
+"""RFC 9457 problem documents for errors. A document contains the list of problems that the command line would print."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class Json(Response):
     media_type = "application/json"
 
     def render(self, content: Any) -> bytes:
-        """The content as the body's bytes."""
+        """The bytes of the body for this content."""
         return text_of(content)
 
 
@@ -144,7 +144,8 @@ OUTAGES: tuple[tuple[type[Exception], str, str, int], ...] = (
     (NoCluster, "cluster", "the cluster is unavailable; try again", 5),
     (CorruptPart, "results", "a stored part is damaged and is being recomputed; try again", 10),
 )
-"""Errors of components that are temporarily unavailable: exception, name in the log, detail for clients, seconds until a retry."""
+"""Errors of components that are temporarily unavailable. A row has the exception, the name in the log, the detail for clients, and
+the seconds until a retry."""
 
 
 async def _outage_response(name: str, words: str, seconds: int, _: Request, e: Exception) -> Response:
@@ -159,7 +160,7 @@ RESPONSES: dict[type[Exception], Callable[[Any], Response]] = {
     SimulationError: lambda e: problem_response(422, problems=[Problem("run", str(e))]),
     RequestValidationError: lambda e: problem_response(422, problems=map(_of_validation, e.errors())),
     Conflict: lambda e: problem_response(409, str(e)),
-    BadCursor: lambda e: problem_response(422, problems=[Problem("cursor", str(e), "take it from the previous page")]),
+    BadCursor: lambda e: problem_response(422, problems=[Problem("cursor", str(e), "use the cursor of the previous page")]),
     QueueFull: lambda e: problem_response(429 if e.own else 503, str(e), headers={"Retry-After": "5"}),
     NotReady: lambda e: problem_response(503, str(e), headers={"Retry-After": "10"}),
     **dict.fromkeys(
@@ -205,7 +206,7 @@ def allowed(app: FastAPI, request: Request) -> list[str]:
 
 
 def _of_validation(e: Any) -> Problem:
-    """The problem for a pydantic error."""
+    """The problem that describes an error of pydantic."""
     if e["type"] == "json_invalid":
         return Problem("body", f"invalid JSON: {e['ctx']['error']}, at character {e['loc'][-1]}"[:500])
     if e["loc"] == ("body",) and isinstance(e.get("input"), bytes | str):
@@ -215,7 +216,8 @@ def _of_validation(e: Any) -> Problem:
 
 
 def error_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """The entries of an operation's ``responses`` for these statuses and for the errors that every operation can return."""
+    """The entries of an operation's ``responses`` in the OpenAPI document, for these statuses and for the errors that every
+    operation can return."""
     every = sorted({*statuses, 400, 401, 403, 422, 429, 503} | ({408} if 413 in statuses else set()))
     content = {MEDIA: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}}
     again = header_schema("Retry-After", "Seconds after which to try again.", "integer")

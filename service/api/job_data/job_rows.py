@@ -22,8 +22,8 @@ from trunnion.service.store.table_definitions import ENDED
 log = logging.getLogger("trunnion.service")
 POLL_SECONDS = 0.1
 MOST_REPAIRS = 3
-"""Largest number of times that the same cases are recomputed during one read. If this is not enough, something keeps damaging the
-parts."""
+"""Largest number of times that the same cases are recomputed during one read. If more are needed, some fault damages the parts
+repeatedly."""
 
 
 def find_job(s: Service, job: str) -> Job:
@@ -35,7 +35,8 @@ def find_job(s: Service, job: str) -> Job:
 
 
 def find_own_job(s: Service, caller: Caller, job: str) -> Job:
-    """The job with this id, if the caller may change it: an owned job, or for the role admin any job. Else Refusal (403, 404)."""
+    """The job with this id, if the caller may change the job. Callers may change their own jobs; the role admin may change any job.
+    Refusal (403, 404) in all other cases."""
     record = find_job(s, job)
     if caller.role != "admin" and record.owner != caller.id:
         raise Refusal(403, "the job belongs to another key: only its owner or a key with the role admin may change it")
@@ -81,8 +82,8 @@ def trajectory_rows(s: Service, job: str, schema: Any, first: int, stop: int) ->
 
 
 def result_rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Iterator[Any]:
-    """Tables of the results of the cases first … stop − 1. If a part is damaged, the read waits until its cases are recomputed.
-    Raises CorruptPart when this fails."""
+    """Tables of the results of the cases first … stop − 1. If a part is damaged, the function waits until the cases of the part are
+    recomputed. Raises CorruptPart when the recomputation fails."""
 
     def read(case_range: CaseRange, low: int, high: int) -> Any:
         return s.parts.read_part(case_range, schema.names)[0].slice(low - case_range.start, max(0, high - low))
@@ -93,7 +94,7 @@ def result_rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Ite
 def _part_tables(
     s: Service, job: str, schema: Any, first: int, stop: int, read: Callable[[CaseRange, int, int], Any]
 ) -> Iterator[Any]:
-    """For each finished chunk, the table that ``read`` returns."""
+    """The tables that ``read`` returns, one for each finished chunk."""
     digest = job_contents(s, job).digest
     todo, repairs = deque(s.store.finished(job, first, stop)), 0
     while todo:
@@ -111,8 +112,8 @@ def _part_tables(
 
 
 def recompute_chunk(s: Service, chunk: Chunk, why: str) -> list[Chunk]:
-    """Request that the cases of a chunk are recomputed, and wait for the result. Returns the chunks that then contain these cases.
-    Cases can be missing if the job does not continue (``reopen_chunk``)."""
+    """Request that the cases of a chunk are recomputed, and wait for the result. Returns the chunks that contain these cases after
+    the recomputation. Cases are missing if the job does not continue (``reopen_chunk``)."""
     log.warning("job %s, cases %d to %d: %s; they are recomputed", chunk.job, chunk.start, chunk.stop - 1, why)
     s.store.reopen_chunk(chunk.job, chunk.start, why)
     s.metrics.chunks.labels("spoiled").inc()

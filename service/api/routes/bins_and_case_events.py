@@ -31,8 +31,8 @@ CELL = list[float | None] | None
 
 
 class AxisDocument(BaseModel):
-    """An axis: bin i is between edges i and i + 1. If the column has few distinct values, ``values`` lists them, one for each
-    bin."""
+    """An axis: bin i is between edges i and i + 1. If the column has few distinct values, ``values`` lists these values, one for
+    each bin."""
 
     name: str
     unit: str
@@ -43,7 +43,7 @@ class AxisDocument(BaseModel):
 
 class CellsDocument(BaseModel):
     """The non-empty bins. x, y: indices on the axes. cases: number of cases. first: the first case. outcomes: number of cases by
-    outcome. For the column ``of``: number of cases with a value (known), least, mean and largest value."""
+    outcome. known: number of cases with a value in the column ``of``. least, mean, largest: of these values."""
 
     x: list[int]
     y: list[int] | None
@@ -111,15 +111,15 @@ async def get_job_bins(
         Query(max_length=MOST_WITHIN, description=f"Count only cases that satisfy this condition (repeatable): {WITHIN}."),
     ] = None,
 ) -> Response:
-    """Count the cases of a job in bins over one or two columns. A column with few distinct values, such as that of a grid, has one
-    bin for each value."""
+    """Count the cases of a job in bins over one or two columns. A column with few distinct values, such as a column of a grid, has
+    one bin for each value."""
     read = "if-none-match" not in request.headers
     return await respond(request, caller.id, s, lambda: _bins(s, job, (x, y, of), (nx, ny), within or [], read))
 
 
 def _bins(s: Service, job: str, named: tuple[str, str, str], most: tuple[int, int], within: list[str], read: bool) -> Answer:
-    """The answer with the bins. read: whether the rows are read before the response starts; otherwise, they are read while the
-    response is sent."""
+    """The answer with the bins. read: whether the server reads the rows before the response starts. Otherwise, the server reads the
+    rows while it sends the response."""
     there, schema = find_job(s, job), job_contents(s, job).schema
     problems: list[Problem] = []
     named = (known_result(named[0], schema.names), known_result(named[1], schema.names), known_result(named[2], schema.names))
@@ -185,7 +185,7 @@ def _number(schema: Any, where: str, name: str, problems: list[Problem]) -> str:
 
 
 def _within(schema: Any, text: str, problems: list[Problem]) -> Within | None:
-    """The condition that a text states. For an invalid text, adds a problem and returns None."""
+    """The condition on cases that a text states. For an invalid text, adds a problem and returns None."""
     name, sign, given = text.rpartition("=")
     name = known_result(name, schema.names)
     if not sign or name not in schema.names:
@@ -219,7 +219,7 @@ async def get_case_events(job: str, case: int, caller: Reader, s: ServerState, r
     },
 )
 def get_job_scene(job: str, caller: Reader, s: ServerState) -> Response:
-    """Return the scene of a job as YAML. A client can change it and submit it again."""
+    """Return the scene of a job as YAML. A client can change the scene and submit a new job with it."""
     find_job(s, job)
     said = {"Content-Disposition": f'inline; filename="{job}.yaml"'}
     return Response(scene_to_yaml(job_contents(s, job).plan.scene), 200, said, "application/yaml")

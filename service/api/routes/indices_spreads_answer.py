@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     import pyarrow
 
 MOST_CASES = 2_000_000
-"""Largest number of cases from which indices and quantiles are computed. Only the first cases of a larger job are used: the first
-points of a sample are a sample, too."""
+"""Largest number of cases from which indices and quantiles are computed. Only the first cases of a larger job are used, because the
+first points of a sample are also a sample."""
 router = APIRouter(prefix="/v1/jobs", tags=["results"])
 Of = Annotated[
     list[Annotated[str, Field(max_length=200)]] | None,
@@ -36,9 +36,9 @@ Of = Annotated[
 
 
 class DrawnDocument(BaseModel):
-    """The first cases of a job, from which an answer was computed."""
+    """The part of a job from which an answer was computed: its first cases."""
 
-    cases: int = Field(description="Number of used cases: the first finished ones.")
+    cases: int = Field(description="Number of used cases, which are the first finished cases.")
     of: int = Field(description="Number of finished cases.")
 
 
@@ -172,7 +172,7 @@ def _spreads(s: Service, job: str, of: list[str] | None, at: list[float] | None,
 
 @router.get("/{job}/answer", response_model=StudyAnswer, responses=error_responses(404, 409))
 async def get_job_answer(job: str, caller: Reader, s: ServerState) -> Response:
-    """Return the result of a study (``optimise``, ``refine``) or a ``fit``. ``complete`` tells whether the result is final."""
+    """Return the result of a study (``optimise``, ``refine``) or a ``fit``. ``complete`` states whether the result is final."""
     return await s.reads.run(caller.id, lambda: _answer(s, job))
 
 
@@ -200,7 +200,7 @@ def _begun_study(s: Service, job: str) -> StudyProgress:
 
 def _table(s: Service, job: str, names: Iterable[str]) -> tuple[pyarrow.Table, dict[str, int] | None]:
     """(rows, ``DrawnDocument``). The rows hold the outcomes and the named results of a job's finished cases. If the job has more
-    than MOST_CASES cases, only its first cases are used. The document is None if all cases are used."""
+    than MOST_CASES cases, only its first MOST_CASES cases are read. The document is None if all cases are read."""
     import pyarrow as pa
 
     there, schema = find_job(s, job), job_contents(s, job).schema

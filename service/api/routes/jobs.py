@@ -1,5 +1,4 @@
-"""/v1/jobs: submit a batch, derive a job from a job (rerun, extend), list jobs, read a job, cancel a job, follow the events of a
-job."""
+"""/v1/jobs: submit, list, read, cancel and follow jobs, and derive a job from a job (rerun, extend)."""
 
 from __future__ import annotations
 
@@ -87,7 +86,7 @@ async def submit_job(
 
 
 def keep(s: Service, caller: Caller, made: dict[str, Any], key: str | None) -> tuple[Job, bool]:
-    """Store a planned job. Returns the job, and whether it is new. Refusal (429, 503) when the key or the server has too many
+    """Store a planned job. Returns the job, and whether the job is new. Refusal (429, 503) when the key or the server has too many
     jobs."""
     states = s.store.states()
     if sum(states[x] for x in ACTIVE) >= s.settings.limits.waiting:
@@ -161,8 +160,8 @@ def cancel_job(
     s: ServerState,
     purge: Annotated[bool, Query(description="Delete the ended job with its results.")] = False,
 ) -> Response:
-    """Cancel a job of your own; with the role admin, cancel any job. The computed rows are kept. An ended job does not change. With
-    ``purge``, delete an ended job."""
+    """Cancel a job of your own; with the role admin, cancel any job. The server keeps the computed rows. An ended job does not
+    change. With ``purge``, delete an ended job."""
     find_own_job(s, caller, job)
     if purge:
         forget(s, caller, job)
@@ -209,15 +208,17 @@ async def follow_job(
     ``chunk_retried``, ``chunk_failed`` and ``cancelling``. The last event is ``done``, ``failed`` or ``cancelled``."""
     await run_in_threadpool(find_job, s, job)
     if s.streams[caller.id] >= STREAMS_OF_ONE:
-        raise Refusal(429, f"you follow {STREAMS_OF_ONE} jobs already; poll instead", headers={"Retry-After": "10"})
+        raise Refusal(
+            429, f"you already follow {STREAMS_OF_ONE} jobs; request the job repeatedly instead", headers={"Retry-After": "10"}
+        )
     if s.streams.total() >= MOST_STREAMS:
-        raise Refusal(503, "too many clients follow jobs; poll instead", headers={"Retry-After": "10"})
+        raise Refusal(503, "too many clients follow jobs; request the job repeatedly instead", headers={"Retry-After": "10"})
     after = int(last_event_id) if last_event_id and last_event_id.isascii() and last_event_id.isdigit() else 0
     return EventSourceResponse(_followed(s, caller, job, min(after, 2**62)), ping=15)
 
 
 async def _followed(s: Service, caller: Caller, job: str, after: int) -> AsyncIterator[ServerSentEvent]:
-    """The events of a job when they occur, and the job's document after each change."""
+    """The events of a job as server-sent events, each when it occurs, and the job's document after each change."""
     s.streams[caller.id] += 1
     sent = ""
     try:
@@ -265,8 +266,8 @@ async def extend_job(job: str, request: Request, caller: Submitter, s: ServerSta
 
 
 def _failed(s: Service, there: Job, wanted: list[str] | None) -> list[int]:
-    """The cases to run again: cases with the wanted outcomes (None: all but done), and cases without a row. Refusal (409) when
-    there is no such case."""
+    """The cases to run again: cases with the wanted outcomes, and cases without a row. wanted: None means all outcomes except done.
+    Refusal (409) when there is no case to run."""
     import pyarrow as pa
 
     schema = job_contents(s, there.id).schema
@@ -283,7 +284,7 @@ def _failed(s: Service, there: Job, wanted: list[str] | None) -> list[int]:
 
 
 def _follows(s: Service, caller: Any, there: Job, made: dict[str, Any]) -> Response:
-    """Store a job that is derived from the job ``there``."""
+    """Store a new job that was derived from the job ``there``."""
     tags = [*[t for t in made["tags"] if not t.startswith("of:")], f"of:{there.id}"]
     job, _ = keep(s, caller, made | {"tags": tags, "label": made["label"] or there.label}, None)
     return Json(job_document(job), 202, {"Location": f"/v1/jobs/{job.id}"})

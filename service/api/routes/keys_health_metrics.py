@@ -38,7 +38,7 @@ class KeyItem(RequestModel):
 
 
 class KeyMade(KeyItem):
-    """A new key. Its secret is shown once."""
+    """A new key with its secret. Only this response contains the secret."""
 
     key: str
 
@@ -74,7 +74,7 @@ def revoke_key(key: str, caller: Admin, s: ServerState) -> Response:
 
 @router.get("/healthz", tags=["health"])
 async def get_health() -> dict[str, str]:
-    """Return the version. If there is any response, the server is running."""
+    """Return the version. A response shows that the server is running."""
     return {"status": "ok", "version": version()}
 
 

@@ -65,7 +65,9 @@ class ParameterItem(BaseModel):
     path: str
     value: float
     unit: str
-    at: tuple[int, int] | None = Field(description="First character and end of the number in the scene's text; null without one.")
+    at: tuple[int, int] | None = Field(
+        description="First character and end of the number in the scene's text; null if the text does not contain it."
+    )
 
 
 class ColumnItem(BaseModel):
@@ -99,7 +101,7 @@ def list_models(caller: Reader) -> Response:
 
 @lru_cache(maxsize=256)
 def _title(name: str) -> str:
-    """The title of a bundled model. The title is cached, because only a new installation can change it."""
+    """The title of a bundled model. The title is cached, because only a new installation can change the title."""
     return load_scene(model_file(name)).title
 
 
@@ -165,8 +167,8 @@ async def run_scene(
     s: ServerState,
     held: Annotated[bool, Query(description="Whether view and scales are omitted, because the viewer keeps its own.")] = False,
 ) -> Response:
-    """Run a scene at once, without a job, and return its motion, or (422) all problems. A run of more than 2 s of processor time
-    ends early."""
+    """Run a scene at once, without a job. Return the motion, or (422) all problems. A run that needs more than 2 s of processor
+    time ends early."""
     return Response(await check_body(s, request, caller, worker_tasks.run_scene, held, pool=s.runs), media_type="application/json")
 
 
@@ -179,8 +181,8 @@ async def run_scene(
     openapi_extra=body_schema(SceneSource, SCENES),
 )
 async def export_module(request: Request, caller: Submitter, s: ServerState) -> Response:
-    """Export a scene as a WebAssembly module with the functions of `trunnion export web`. The first export of a scene compiles for
-    up to a minute."""
+    """Export a scene as a WebAssembly module with the functions of `trunnion export web`. The first export of a scene takes up to a
+    minute, because the module is compiled."""
     seconds = s.settings.limits.answer_seconds
     try:
         made = await check_body(s, request, caller, worker_tasks.export_module, pool=s.exports, seconds=seconds)
@@ -199,7 +201,7 @@ async def export_module(request: Request, caller: Submitter, s: ServerState) -> 
     openapi_extra=body_schema(FmuRequest, FMUS),
 )
 async def export_fmu(request: Request, caller: Submitter, s: ServerState) -> Response:
-    """Export a scene as an FMU and return the file. The export is limited by the server's ``answer_seconds`` and ``memory``."""
+    """Export a scene as an FMU and return the file. The server's settings ``answer_seconds`` and ``memory`` limit the export."""
     seconds = s.settings.limits.answer_seconds
     with tempfile.TemporaryDirectory(dir=s.settings.data, prefix="fmu-") as folder:
         file = Path(folder) / "model.fmu"

@@ -64,14 +64,14 @@ async def get_job_results(request: Request, job: str, caller: Reader, s: ServerS
 
 @router.get("/{job}/trajectories", response_class=StreamingResponse, responses=_row_responses(409))
 async def get_job_trajectories(request: Request, job: str, caller: Reader, s: ServerState, query: Rows) -> Response:
-    """Return the stored trajectory rows of all cases as one table with a column ``case``. The request of the job selects these rows
-    by ``trajectories``."""
+    """Return the stored trajectory rows of all cases as one table with a column ``case``. The field ``trajectories`` of the job's
+    request selects the stored rows."""
     kind = choose_format(query.format, query.accept)
     return await respond(request, caller.id, s, lambda: _rows_answer(s, job, kind, query, kept=True))
 
 
 def _rows_answer(s: Service, job: str, kind: str, query: RowQuery, kept: bool) -> Answer:
-    """The answer with rows of a job: one row for each case or, with ``kept``, the stored trajectory rows of every case. Refusal
+    """The answer with rows of a job: one row for each case or, with ``kept``, the stored trajectory rows of all cases. Refusal
     (409) if the job stores no trajectory rows."""
     import pyarrow as pa
 
@@ -129,7 +129,7 @@ async def get_case_trajectory(
     accept: Accept = "*/*",
 ) -> Response:
     """Run a case again and return all its rows: one column for each quantity, one row for each output time. With ``certify``, a
-    second run with a tighter tolerance estimates the error of every value; null means that there is no estimate."""
+    second run with a tighter tolerance estimates the error of every value. An error of null means that there is no estimate."""
     import pyarrow as pa
 
     kind = choose_format(format, accept)
@@ -147,7 +147,7 @@ async def get_case_trajectory(
     },
 )
 async def get_case_animation(job: str, case: int, caller: Reader, s: ServerState, request: Request) -> Response:
-    """Return an animation of a case; ``?t=0.5`` starts it at that time."""
+    """Return an animation of a case. With ``?t=0.5``, the animation starts at 0.5 s."""
     return HTMLResponse(await run_case_again(s, request, job, case, None, "animation"))
 
 
@@ -165,8 +165,8 @@ async def run_case_again(s: Service, request: Request, job: str, case: int, outp
 
 
 def _check(s: Service, job: str, case: int, outputs: list[str] | None) -> tuple[str, dict[str, float]]:
-    """The digest of the job's document and the parameter values of the case. Refusal (404, 409) or SceneError when the case cannot
-    run again."""
+    """(digest of the job's document, parameter values of the case). Refusal (404, 409) or SceneError when the case cannot run
+    again."""
     there = find_job(s, job)
     if not 0 <= case < there.cases:
         raise Refusal(404, f"the job's cases are 0 to {there.cases - 1}")

@@ -90,6 +90,6 @@ async def compute_sensitivities(caller: Submitter, s: ServerState, request: Requ
     """Return d(output)/d(parameter) along a run and across its events. The derivatives are exact, without finite differences. The
     computation ends if the client closes the connection."""
     document, seconds = await check_body(s, request, caller, plan_sensitivity)
-    half = max(1, s.cluster.counted // 2)  # the other workers are needed for jobs and for views of results
+    half = max(1, s.cluster.counted // 2)  # leaves workers for jobs and for views of results
     answer = await call_cluster(s, request, seconds + QUEUE_SECONDS, s.derivatives, half, run_sensitivity, document, seconds)
     return Response(answer, media_type="application/json")

@@ -13,19 +13,19 @@ from trunnion.service.api.documents.problem_documents import shutting_down
 from trunnion.service.request_workers.fair_queue import FairQueue
 
 READERS = 3
-"""Largest number of concurrent reads. One caller has at most READERS − 1 of them."""
+"""Largest number of concurrent reads. One caller has at most READERS − 1 concurrent reads."""
 T = TypeVar("T")
 
 
 class ReadTurns(FairQueue[int]):
-    """Turns of reading requests. Only for use in the event loop."""
+    """Gives turns to requests that read rows. Only for use in the event loop."""
 
     def __init__(self) -> None:
         super().__init__(range(READERS))
 
     async def run(self, who: str, work: Callable[[], T], begun: bool = False) -> T:
-        """Run ``work`` on a thread when it is the caller's turn. QueueFull when too many requests wait. begun: whether the
-        response has started; the request must then not be refused."""
+        """Run ``work`` on a thread when it is the caller's turn. QueueFull when too many requests wait. begun: whether the response
+        has already started. A request with a started response is never refused."""
         try:
             slot = await self.take(who, begun)
         except asyncio.CancelledError:

@@ -1,4 +1,4 @@
-"""The components of a server that request handlers use: settings, store, cluster, dispatcher, parts, metrics, caches and others."""
+"""The components of a server that request handlers use, such as settings, store, cluster, dispatcher, parts, metrics and caches."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ Make = Callable[[], Iterator[bytes]]
 CHECK_PROCESSES, RUN_PROCESSES, EXPORT_PROCESSES = 2, 2, 2
 """Numbers of processes that check requests, that run scenes at once, and that export FMUs."""
 PROBE_SECONDS = 5.0
-"""The database counts as not ready if it needs more time than this for a probe, s."""
+"""Longest time, s, of a probe of the database. If a probe takes longer, the database counts as not ready."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +59,8 @@ class JobContents:
 
 @dataclass
 class Turns:
-    """Long requests of one kind. there: number of waiting and running requests. busy: number of running requests. Only for use in
-    the event loop."""
+    """Counts of long requests of one kind. there: number of waiting and running requests. busy: number of running requests. Only
+    for use in the event loop."""
 
     there: int = 0
     busy: int = 0
@@ -92,7 +92,7 @@ class Service:
     reads: ReadTurns = field(default_factory=ReadTurns)
 
     async def database_state(self) -> str:
-        """The state of the database: "ok" or "unreachable". It is probed on a thread of its own, so that a high load of requests
+        """The state of the database: "ok" or "unreachable". A separate thread probes the database, so that a high load of requests
         cannot delay the probe."""
         try:
             await asyncio.wait_for(asyncio.get_running_loop().run_in_executor(self.pulse, self.store.ping), PROBE_SECONDS)
@@ -117,8 +117,8 @@ OURS = ("trunnion.db", "trunnion.db-wal", "trunnion.db-shm", "results", "scratch
 
 
 def close_data_folder(data: Path) -> None:
-    """Withdraw the rights of other accounts to the server's files in the data folder. A warning names the places that others may
-    still read, because they belong to another account or are the data folder itself, which may hold other files."""
+    """Withdraw the rights of other accounts to the server's files in the data folder. The data folder itself keeps its rights,
+    because it may hold other files. A warning names the files and folders that other accounts may still read."""
     left = []
     for path in (data / name for name in OURS):
         with suppress(FileNotFoundError):
@@ -131,11 +131,11 @@ def close_data_folder(data: Path) -> None:
         left.append(data)
     if left and os.name == "posix":
         places = shlex.join(map(str, left))
-        log.warning("other accounts may look into %s; this command closes it: chmod go-rwx %s", places, places)
+        log.warning("other accounts may read %s; to prevent this, run: chmod go-rwx %s", places, places)
 
 
 def make_data_folder(settings: Settings) -> None:
-    """Make the data folder, and close it to other accounts; SceneError when the folder is not writable."""
+    """Make the data folder, and close the server's files in it to other accounts. SceneError when the folder is not writable."""
     try:
         settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
         with tempfile.TemporaryFile(dir=settings.data):

@@ -45,7 +45,7 @@ LOCAL = Caller("local", "admin")
 
 def new_key(name: str, role: str) -> tuple[Key, str]:
     """A new key: the record to store, and the text of the key, which is shown once. The secret has 256 random bits and cannot be
-    guessed. Therefore it is safe to store a plain digest of the secret."""
+    guessed. Therefore the record may hold a plain digest of the secret."""
     identity, secret = secrets.token_hex(6), secrets.token_urlsafe(32)
     return Key(identity, name, role, _digest(secret), time.time(), None), f"tr_{identity}_{secret}"
 
@@ -72,13 +72,13 @@ def need(role: str) -> Callable[..., Awaitable[Caller]]:
         named: Annotated[str | None, Security(header)] = None,
     ) -> Caller:
         s: Service = request.app.state.service
-        cookie = request.cookies.get(COOKIE) if request.method == "GET" else None  # for the web page's links and images
+        cookie = request.cookies.get(COOKIE) if request.method == "GET" else None  # links and images send no headers
         address = request.client.host if request.client else "unknown"
         text = token.credentials if token else named or cookie
         found = LOCAL if s.settings.open else await run_in_threadpool(_find_caller, s, text, request.app.state.failures, address)
         _check_rate(s, request, found.id if found.id != "local" else address)
         if ROLES.index(found.role) < ROLES.index(role):
-            raise Refusal(403, f"this needs a key with the role {role}; yours has {found.role}")
+            raise Refusal(403, f"this request needs a key with the role {role}; your key has the role {found.role}")
         return found
 
     return caller
@@ -108,7 +108,7 @@ class Rates:
         self.window = SlidingWindowCounterRateLimiter(MemoryStorage())
 
     def wait(self, who: str) -> int:
-        """Count a request. Returns 0 if the request is allowed, else the seconds until the next request is allowed."""
+        """Count a request. Returns 0 for an allowed request, else the seconds until the next request is allowed."""
         if self.item is None or self.window.hit(self.item, who):
             return 0
         return max(1, math.ceil(self.window.get_window_stats(self.item, who).reset_time - time.time()))

@@ -1,4 +1,4 @@
-"""Requests whose result the cluster computes. They occupy no thread while they wait. They are cancelled when the client
+"""Requests whose result the cluster computes. A waiting request occupies no thread. A request is cancelled when its client
 disconnects."""
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ async def take_turn(turns: Turns, most: int) -> AsyncIterator[None]:
 async def call_cluster(
     s: Service, request: Request, seconds: float, turns: Turns, most: int, work: Callable[..., Any], *given: Any, priority: int = 0
 ) -> bytes:
-    """The result of a function on the cluster. work, given: the function and its arguments. Refusal (503) when too many calls wait,
-    or when there is no result after ``seconds``. most: largest number of concurrent calls. priority: calls with a priority above 0
-    run before the chunks of jobs, whose priority is 0."""
+    """The result of a function that runs on the cluster. work, given: the function and its arguments. Refusal (503) when too many
+    calls wait, or when there is no result after ``seconds``. most: largest number of concurrent calls. priority: calls with a
+    priority above 0 run before the chunks of jobs, whose priority is 0."""
     end = time.monotonic() + seconds
     call = asyncio.create_task(_run_call(turns, most, lambda: s.cluster.submit(work, *given, priority=priority)))
     try:
@@ -84,7 +84,7 @@ async def _run_call(turns: Turns, most: int, submit: Callable[[], Any]) -> bytes
 
 
 def _result(future: Any) -> Any:
-    """The result of a future. Raises the error that the function raised, or NoCluster when the worker was lost."""
+    """The result of a future. Raises the error that the called function raised, or NoCluster when the worker was lost."""
     from distributed import KilledWorker
 
     error = future.exception(timeout=RESULT_SECONDS) if future.status == "error" else None

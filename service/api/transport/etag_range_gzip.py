@@ -31,14 +31,14 @@ CONDITIONAL_RESPONSES: dict[int | str, dict[str, Any]] = {
 
 
 def etag_of(*facts: Any) -> str:
-    """The entity tag of a response. facts: values that completely determine its bytes."""
+    """The entity tag of a response. facts: values that completely determine the bytes of the response."""
     return digest_of(text_of(list(facts)))[:32]
 
 
 @dataclass(frozen=True)
 class Answer:
-    """The content of a response. make: creates its bytes. tag: entity tag. None while the content can change; the content is then
-    always sent as a whole."""
+    """The content of a response. make: creates the bytes. tag: entity tag, or None while the content can change. Content without a
+    tag is always sent as a whole."""
 
     make: Make
     media: str
@@ -47,7 +47,7 @@ class Answer:
 
 
 async def respond(request: Request, who: str, s: Service, answer: Callable[[], Answer]) -> Response:
-    """Create and send the response to a request. Both are done in the caller's read turns. answer: creates the content."""
+    """Create and send the response to a request, in the caller's read turns. answer: creates the content."""
     found = await s.reads.run(who, answer)
     make, media, tag = found.make, found.media, found.tag
     plain = "gzip" not in accepted_encodings(request.headers.get("accept-encoding", "")) or media not in TEXTS
@@ -83,7 +83,8 @@ def whole_answer(make: Make, headers: dict[str, str], plain: bool) -> Iterator[b
 async def stream_response(
     reads: ReadTurns, who: str, pieces: Iterator[bytes], media: str, headers: dict[str, str], status: int = 200
 ) -> Response:
-    """Stream the pieces. The first piece is created before the response starts, so that an error in it gives an error status."""
+    """Stream the pieces. The first piece is created before the response starts, so that an error in this piece gives an error
+    status."""
     first = await reads.run(who, lambda: next(pieces, b""))
     return StreamingResponse(reads.stream(who, first, pieces), status, headers, media)
 

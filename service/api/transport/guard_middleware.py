@@ -32,8 +32,8 @@ WARNING, SAFE = b'299 trunnion "%s"', " !#$&'()*+,/:;=?@[]~"
 
 
 class GuardMiddleware:
-    """Admits or refuses requests. A server without keys admits only requests whose Host is a loopback address. Otherwise, a page of
-    another site could send requests to it through the browser of a user."""
+    """Admits or refuses requests. A server without keys admits only requests whose Host is a loopback address. Without this rule, a
+    page of another site could send requests to the server through the browser of a user."""
 
     def __init__(self, app: ASGIApp, most: int, open: bool):
         self.app, self.most, self.open = app, most, open
@@ -66,7 +66,7 @@ class GuardMiddleware:
         if self.open and not is_loopback(_parts_of(f"//{host}").hostname or ""):
             return problem_response(
                 403,
-                "without keys, the server accepts only requests to this machine's own address: start it with --keys to share it",
+                "a server without keys accepts only requests to a local address; to share the server, start it with --keys",
             )
         if origin is not None and scope["method"] not in ("GET", "HEAD", "OPTIONS") and _parts_of(origin).netloc != host:
             return problem_response(403, "requests from other sites are refused")
@@ -74,7 +74,7 @@ class GuardMiddleware:
 
 
 def limit_body(receive: Receive, most: int) -> Receive:
-    """A ``receive`` that limits the size of the body and the time until the whole body has arrived."""
+    """The ASGI function ``receive``, with limits of the body's size and of the time until the whole body has arrived."""
     got, end, whole = 0, time.monotonic() + BODY_SECONDS, False
 
     async def next_one() -> Message:
@@ -95,7 +95,8 @@ def limit_body(receive: Receive, most: int) -> Receive:
 
 
 def add_headers(send: Send, notes: Sequence[str] = ()) -> Send:
-    """A ``send`` that adds the default headers, and a Warning header for each note about a deprecated word."""
+    """The ASGI function ``send``, which also adds the default headers, and a Warning header for each note about a deprecated
+    word."""
 
     async def said(message: Message) -> None:
         if message["type"] == "http.response.start":
@@ -108,7 +109,7 @@ def add_headers(send: Send, notes: Sequence[str] = ()) -> Send:
 
 
 async def answer_head(app: ASGIApp, scope: Scope, receive: Receive, send: Send) -> None:
-    """Respond to HEAD with the headers of GET. The body is not generated."""
+    """Respond to HEAD with the headers of GET, without generating a body."""
     begun = asyncio.Event()
 
     async def first(message: Message) -> None:
@@ -131,7 +132,7 @@ async def answer_head(app: ASGIApp, scope: Scope, receive: Receive, send: Send) 
 
 
 def _parts_of(url: str) -> SplitResult:
-    """The parts of a URL; empty parts if it is invalid."""
+    """The parts of a URL. The parts of an invalid URL are empty."""
     try:
         return urlsplit(url)
     except ValueError:

@@ -39,7 +39,8 @@ async def check_body(
     s: Service, request: Request, caller: Caller, task: Task, *more: Any, pool: WorkerPool | None = None, seconds: float = 0.0
 ) -> Any:
     """The result of a worker pool task for the body of a request; SceneError with all problems of the body. more: further arguments
-    of the task. pool, seconds: by default, the pool that checks requests, and its time limit."""
+    of the task. pool, seconds: the worker pool and the time limit. The defaults are the pool that checks requests and its time
+    limit."""
     limits, media = s.settings.limits, str(request.headers.get("content-type", ""))
     try:
         body = await request.body()

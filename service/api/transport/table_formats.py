@@ -41,7 +41,7 @@ CONTENT: dict[str, Any] = {
     MEDIA["parquet"]: {"schema": {"type": "string", "format": "binary"}},
     MEDIA["arrow"]: {"schema": {"type": "string", "format": "binary"}},
 }
-"""By media type: the description in the OpenAPI document."""
+"""{media type: description in the OpenAPI document}."""
 JSON_ROWS = 500
 """Number of rows that are encoded at a time. The number is small because encoding blocks all other Python threads."""
 
@@ -72,7 +72,7 @@ def _weight(parameters: list[str]) -> float:
 
 
 def table_bytes(kind: str, schema: pyarrow.Schema, tables: Iterable[pyarrow.Table]) -> Iterator[bytes]:
-    """The bytes of one document of a format that contains the rows of all tables."""
+    """The bytes of one document in a format. The document contains the rows of all tables."""
     return {"json": _json, "csv": _csv, "parquet": _parquet, "arrow": _arrow}[kind](schema, tables)
 
 
@@ -104,7 +104,8 @@ def _csv(schema: pyarrow.Schema, tables: Iterable[pyarrow.Table]) -> Iterator[by
 
 
 def _take(sink: io.BytesIO) -> bytes:
-    """The bytes written since the last call. The sink can be emptied, because Arrow's writers count their position themselves."""
+    """The bytes written since the last call. These bytes are removed from the sink. Arrow's writers count their position
+    themselves."""
     data = sink.getvalue()
     sink.seek(0)
     sink.truncate()
@@ -126,7 +127,7 @@ def _arrow(schema: pyarrow.Schema, tables: Iterable[pyarrow.Table]) -> Iterator[
 
 
 def _written(sink: io.BytesIO, writer: Any, tables: Iterable[pyarrow.Table]) -> Iterator[bytes]:
-    """The bytes that a writer of Arrow writes into the sink, after each table and at the end."""
+    """The bytes that a writer of Arrow writes into the sink. Bytes are returned after each table and at the end."""
     for table in tables:
         writer.write_table(table)
         yield _take(sink)

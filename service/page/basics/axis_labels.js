@@ -56,7 +56,7 @@ function broken(text, most) {
   return out;
 }
 
-// The text with Plotly's line breaks: the fewest lines of at most `most` characters, of about equal length.
+// The text with Plotly's line breaks. The lines have at most `most` characters and about equal length.
 export function lines(text, most = 42) {
   const fewest = broken(text, most).length;
   let room = most;
@@ -67,7 +67,7 @@ export function lines(text, most = 42) {
 // Joins notes to one text. Each note begins with a capital letter and ends with a full stop.
 export const sentences = (notes) => [...new Set(notes.filter(Boolean))].map((n) => n[0].toUpperCase() + n.slice(1) + (/[.!?]$/.test(n) ? "" : ".")).join(" ");
 
-// For each path: its last n parts, with the smallest n that makes all results different.
+// A short name for each path: its last n parts. n is the smallest number that makes all short names different.
 export function short(paths) {
   for (let n = 1; ; n++) {
     const cut = paths.map((p) => p.split(".").slice(-n).join("."));

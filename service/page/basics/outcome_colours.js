@@ -22,15 +22,15 @@ export const shape = (k) => SHAPES[k % SHAPES.length];
 export const of = (name) => ({ color: color(place(name)), shape: shape(place(name)), open: isEarly(name) });
 export const said = (name) => name.replace(/_/g, " ");
 
-// Cases that ended before their end time. Their results cover only a part of the time, so their marks are hollow and they determine no
-// colour scale.
+// Cases that ended before their end time. Their results cover only a part of the time. Their marks are hollow, and colour scales
+// ignore them.
 const WHOLE = ["done", "inaccurate"];
-export const COMPLETE = `outcome=${WHOLE.join(",")}`; // the condition for the other cases
+export const COMPLETE = `outcome=${WHOLE.join(",")}`; // selects the cases that did not end early
 export const isEarly = (name) => !WHOLE.includes(name);
 export const early = (job) => Object.entries(job.outcomes).reduce((sum, [name, n]) => sum + (isEarly(name) ? n : 0), 0);
 export const earlyText = (job) => (early(job) ? `${many(early(job))} of ${many(job.done)} ended early` : "");
 
-// An SVG mark for a legend. Screen readers ignore it.
+// An SVG mark for a legend. Screen readers ignore the mark.
 function drawn(width, height, box, path) {
   const [svg, line] = ["svg", "path"].map((tag) => document.createElementNS("http://www.w3.org/2000/svg", tag));
   for (const [name, value] of Object.entries({ viewBox: box, width, height, "aria-hidden": "true" })) svg.setAttribute(name, value);

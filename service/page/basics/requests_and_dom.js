@@ -4,7 +4,7 @@ export const $ = (id) => document.getElementById(id);
 export const ENDED = ["done", "failed", "cancelled"];
 const heard = new Set();
 
-// Adds a listener. After each request, it is called with true if the server responded, else with false.
+// Adds a listener. After each request, the listener is called with true if the server responded, else with false.
 export const onAnswer = (tell) => heard.add(tell);
 
 class ProblemError extends Error {
@@ -65,7 +65,7 @@ export async function ask(method, path, body, signal, more) {
 
 export const askText = async (method, path, body, signal) => (await sent(method, path, body, signal)).text();
 
-// Debounces a function: `work` starts when no call came for `wait` ms. A new start aborts the work that is still running.
+// Debounces a function: `work` starts when no call came for `wait` ms. A new start aborts earlier work that still runs.
 export function later(work, wait = 300) {
   let timer = 0, running = null;
   return (...given) => {
@@ -84,7 +84,7 @@ export function notice(text) {
   box.replaceChildren(...(text ? [text, " ", make("button", { type: "button", "aria-label": "dismiss", onclick: () => notice("") }, "×")] : []));
 }
 
-// Shows an unhandled error at the top of the page. A lost server is not shown here, because the banner reports it.
+// Shows an unhandled error at the top of the page. A lost server is not shown, because the banner reports a lost server.
 export function wrong(e) {
   if (e.name !== "AbortError" && e.status !== 0) notice(e.problems?.length ? e.problems.map((p) => `${p.where}: ${p.what}`).join("; ") : e.message);
 }
@@ -94,7 +94,7 @@ export function problemItem(p, jump) {
   return make("li", {}, line, make("b", {}, p.where), `: ${p.what} `, make("span", { class: "hint" }, p.hint ? `→ ${p.hint}` : ""));
 }
 
-// A list of problems. It can have the focus, so that the keyboard can scroll it.
+// A list of problems. The list can have the focus, so that the keyboard can scroll it.
 export const problemList = (problems, jump) => make("ul", { class: "problems", tabindex: "0", "aria-label": "problems" }, ...problems.map((p) => problemItem(p, jump)));
 
 // The nodes of a path or column name, in which line breaks are allowed after dots and colons.
@@ -119,7 +119,7 @@ export function number(x) {
 export const many = (n) => n.toLocaleString("en");
 export const few = (n, one, more = `${one}s`) => `${many(n)} ${n === 1 ? one : more}`;
 
-// Sets the options of a select element. The selected option stays selected if it still exists.
+// Sets the options of a select element. The selected option stays selected if the new options contain it.
 export function choices(select, options, first) {
   const before = select.value;
   select.replaceChildren(...options.map(([value, text, title]) => make("option", { value, title }, text ?? value)));

@@ -1,4 +1,4 @@
-// The rows of a job. The browser fetches all rows of small jobs; for large jobs, the server counts the rows in bins.
+// The rows of a job. The browser fetches all rows of a small job. For a large job, the server counts the cases in bins.
 
 import { ask } from "./requests_and_dom.js";
 
@@ -15,7 +15,7 @@ export class Table {
 
   get large() { return this.job.cases > MOST; }
 
-  // Fetches the present rows. Returns whether there are any.
+  // Fetches the present rows. Returns whether the job has rows.
   async fetch() {
     const got = await ask("GET", `/v1/jobs/${this.job.id}/results?format=json&count=${this.large ? 1 : MOST}`);
     this.columns = got.columns;

@@ -1,11 +1,11 @@
-// Checks the server repeatedly, and shows a banner while it does not respond or is not ready.
+// Checks the server repeatedly. Shows a banner while the server does not respond or is not ready.
 
 import { $, onAnswer, key } from "./requests_and_dom.js";
 
 const CALM = 10000, EAGER = 1500; // ms between checks
 let gone = null, back = new Set(), timer = 0;
 
-// Adds a function that is called when the server responds again. Returns a function that removes it.
+// Adds a function that is called when the server responds again. Returns a function that removes the added function.
 export const onReturn = (work) => { back.add(work); return () => back.delete(work); };
 
 export function begin() {

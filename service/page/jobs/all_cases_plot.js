@@ -33,7 +33,7 @@ export function clear() {
   for (const id of ["kind", "across", "up", "by"]) $(id).replaceChildren();
 }
 
-// Draws a changed table.
+// Draws all plots after the table of the cases has changed.
 export async function changed(now) {
   table = now;
   const paths = table.paths.map((c) => [c.name, words(c), c.name]), n = paths.length;

@@ -1,4 +1,4 @@
-// The animation of a case, in a frame beside its curves. It shows the time of the cursor.
+// The animation of a case, in a frame beside the curves of the case. The animation shows the time of the cursor.
 
 import { $, askText, choices, wrong } from "../basics/requests_and_dom.js";
 
@@ -39,7 +39,8 @@ export async function start(now, scene, ended) {
   $("animation").hidden = false;
 }
 
-// Offers cases for the animation. The case that was shown stays selected, else the first case is selected.
+// Offers cases for the animation. If the shown case is among the offered cases, it stays selected. Otherwise the first case is
+// selected.
 export function offer(now, numbers) {
   const before = job?.id === now.id ? $("moving").value : "";
   job = now;
@@ -54,10 +55,10 @@ export function offer(now, numbers) {
   load(true);
 }
 
-// Plays this case when it is offered next.
+// Plays this case as soon as the list offers it.
 export function prefer(n) { wish = n; }
 
-// play: whether the motion begins at once; not for users who prefer reduced motion.
+// play: whether the motion begins at once. For users who prefer reduced motion, the motion never begins at once.
 function load(play) {
   const address = `/v1/jobs/${job.id}/cases/${$("moving").value}/animation`;
   ready = false;
@@ -93,7 +94,7 @@ function loaded() {
   outlined().catch(wrong);
 }
 
-// Outlines the first other case that is shown over the case that is played.
+// Draws the outlines of a second case over the case that is played. The second case is the first other shown case.
 async function outlined() {
   const n = others.find((k) => String(k) !== $("moving").value), mine = job.id, inside = $("animation").contentWindow;
   if (n === undefined) { inside.beside(null); say(""); return; }

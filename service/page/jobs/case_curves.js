@@ -55,14 +55,14 @@ export async function changed(now, rows, query) {
   } else if (missing) await drawn();
 }
 
-// The first case with the outcome done, else the first case.
+// The first case with the outcome done or, without such a case, the first case.
 async function earliest() {
   if (table.rows) return (table.rows.find((r) => r[table.at("outcome")] === "done") ?? table.rows[0])?.[0];
   const of = (words) => table.bins("case", "", "", { nx: 1, words }).then((got) => got.cells.first[0]);
   return (await of(["outcome=done"])) ?? of([]);
 }
 
-// Shows the case n, which was selected in another plot. more: show it in addition to the shown cases.
+// Shows the case n, which was selected in another plot. more: whether the other shown cases stay.
 export function choose(n, more) {
   const now = more ? [...wanted().filter((k) => k !== n), n] : [n];
   $("cases").value = now.slice(-MOST_CASES).join(", ");
@@ -97,7 +97,7 @@ function add(name) {
 
 let missing = false;
 
-// Rows and events of a case. The case runs again on the server; the result is cached.
+// Rows and events of a case. The case runs again on the server, and the browser caches the result.
 async function one(n, columns) {
   const there = `/v1/jobs/${job.id}/cases/${n}`, key = `${n} ${columns.join(" ")}`;
   if (!kept.has(key)) {
@@ -176,7 +176,7 @@ function dashed() {
   });
 }
 
-// The value of a column at time t, interpolated linearly between the rows, like the curve.
+// The value of a column at time t, interpolated linearly between the rows, as the curve is.
 function between(times, rows, y, t) {
   const i = lowest(times, t), [a, b] = [rows[Math.max(0, i - 1)]?.[y], rows[i]?.[y]], step = times[i] - times[i - 1];
   return i && a != null && b != null && step > 0 && t < times[i] ? a + ((b - a) * (t - times[i - 1])) / step : b;
@@ -188,7 +188,7 @@ function lowest(times, t) {
   return low;
 }
 
-// Moves the cursor to time t: the line over the curves and, unless the animation caused the move (told), the animation.
+// Moves the cursor over the curves to time t. The animation moves, too, unless it caused the move (told).
 function cursor(t, told = false) {
   at = Math.min(span[1], Math.max(span[0], t));
   $("at").value = at;

@@ -1,11 +1,11 @@
-// A table of the cases: sorted by a column, filtered by a text, with a tick at each case whose curves are shown.
+// A table of the cases, sorted by a column and filtered by a text. Each case whose curves are shown has a tick.
 
 import { $, few, later, make, number } from "../basics/requests_and_dom.js";
 import * as cases from "./case_curves.js";
 import * as outcomes from "../basics/outcome_colours.js";
 import { title } from "../basics/axis_labels.js";
 
-const MOST = 200, MOST_RESULTS = 8; // rows and results that are shown
+const MOST = 200, MOST_RESULTS = 8; // largest numbers of shown rows and results
 let table = null, by = "case", down = false;
 
 export function begin() {

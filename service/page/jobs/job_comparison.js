@@ -1,4 +1,4 @@
-// Compares jobs: shows the differences of their requests, and plots a result of each job over the same varied number.
+// Compares jobs. Shows the differences of their requests, and plots a result of each job over a common varied number.
 
 import { $, ask, choices, few, fill, make, many, number, wrong } from "../basics/requests_and_dom.js";
 import * as charts from "../plots/plotly.js";
@@ -69,14 +69,15 @@ function differences() {
   fill($("differences"), ["", ...tables.map(called)], rows.length ? rows : [["none: the requests are equal", ...flat.map(() => "")]]);
 }
 
-// The cells of a job that have a mean: [place, mean, least, largest, cases with a value, first case].
+// The bins of a job that have a mean, each as [place, mean, least, largest, cases with a value, first case].
 function cells(got) {
   if (!got) return [];
   const at = middles(got.x), c = got.cells;
   return c.mean.map((mean, j) => [at[c.x[j]], mean, c.least[j], c.most[j], c.known[j], c.first[j]]).filter(([, mean]) => mean != null);
 }
 
-// The means of a job minus the means of the first job at equal numbers; [] if the jobs have no number in common.
+// The means of a job minus the means of the first job, at equal values of the varied number; [] if the jobs have no value in
+// common.
 function differing(mine, of, got) {
   const first = new Map(of.map(([x, mean]) => [x, mean]));
   return got.every((g) => !g || g.x.values) ? mine.filter(([x]) => first.has(x)).map(([x, mean, , , , n]) => [x, mean - first.get(x), null, null, 1, n]) : [];

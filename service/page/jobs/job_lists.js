@@ -29,7 +29,7 @@ async function anew() {
   await more();
 }
 
-// Fetches a page of jobs. Its result is dropped (null) if a newer search has started in the meantime.
+// Fetches a page of jobs. Returns null if a newer search has started in the meantime.
 async function answer(from) {
   const list = known, page = await ask("GET", asking(from));
   if (list !== known) return null;
@@ -64,7 +64,7 @@ function list() {
   picked();
 }
 
-// Replaces the rows of a list; the focus stays on the same element of the same job.
+// Replaces the rows of a list. The focus stays on the same element of the same job.
 function fill(box, jobs, choosing) {
   const focused = box.contains(document.activeElement) ? [document.activeElement.tagName, document.activeElement.dataset.job] : null;
   box.replaceChildren(...jobs.map((job) => row(job, choosing)));

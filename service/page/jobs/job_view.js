@@ -14,7 +14,7 @@ import { learn } from "../basics/axis_labels.js";
 const GROW = 400, GROW_LARGE = 2000; // shortest time between two updates of a running job's rows, ms
 const STAGES = [["waiting", "Waiting"], ["starting", "Starting"], ["deriving", "Deriving"], ["compiling", "Compiling"], ["running", "Running"], ["ended", "Done"]];
 let job = null, request = null, source = null, table = null, next = 0, seen = new Set();
-const unsent = new Set(); // jobs whose cancellation did not reach the server
+const unsent = new Set(); // ids of jobs whose cancellation did not reach the server
 
 export function begin() {
   over.begin();
@@ -29,7 +29,7 @@ export function begin() {
   onReturn(() => { if (router.here() === "job" && job) reload().catch(wrong); });
 }
 
-// Cancels a job. If the server does not answer, the request is repeated when it answers again.
+// Cancels a job. If the server does not answer, the request is repeated when the server answers again.
 async function cancel(id) {
   unsent.delete(id);
   try {
@@ -79,7 +79,7 @@ async function reload(query) {
   if (!ENDED.includes(now.state)) follow(id);
 }
 
-// Draws the present rows in all plots.
+// Draws the present rows of the job in all plots.
 async function rows(query) {
   const id = job.id, now = new Table(job, request), some = await now.fetch();
   if (id !== job.id) return;
@@ -87,10 +87,10 @@ async function rows(query) {
   for (const part of ["over", "closer"]) $(part).hidden = !some || now.fits;
   $("motion").hidden = now.fits;
   $("pending").hidden = some || ENDED.includes(job.state);
-  $("edit").hidden = now.fits; // the form cannot edit a fit
+  $("edit").hidden = now.fits; // the form of a new run cannot edit a fit
   if (!some) { if (!now.fits) cases.start(job, request.scene, ENDED.includes(job.state)).catch(wrong); return; }
   const asked = ENDED.includes(job.state) || now.fits ? questions.changed(job, table) : null;
-  Promise.all([asked, now.fits ? null : cases.changed(job, table, query)]).catch(wrong); // a slow animation does not delay the plots
+  Promise.all([asked, now.fits ? null : cases.changed(job, table, query)]).catch(wrong); // no await: a slow animation must not delay the plots
   if (!now.fits) await over.changed(table);
 }
 
@@ -134,7 +134,7 @@ function update(now) {
   seen.add(now.stage);
   const going = !ENDED.includes(now.state);
   staged(going);
-  if (!going) $("trouble").textContent = ""; // the list of problems contains the text
+  if (!going) $("trouble").textContent = ""; // the list of problems contains the text of the problems
   $("bar").value = now.progress;
   $("bar").hidden = !going;
   const left = now.state === "running" && now.eta_seconds != null ? `, about ${few(Math.ceil(now.eta_seconds), "second")} to go` : "";
@@ -153,7 +153,7 @@ function update(now) {
 
 const lasted = (s) => (s < 90 ? `${s < 10 ? s.toFixed(1) : Math.round(s)} s` : s < 5400 ? `${Math.round(s / 60)} min` : `${(s / 3600).toFixed(1)} h`);
 
-// Shows the stages. The first worker reports deriving and compiling; a scene of precompiled parts does not need these stages.
+// Shows the stages. The first worker reports deriving and compiling. A scene made of precompiled parts skips these two stages.
 function staged(going) {
   const at = !going ? "ended" : job.stage.startsWith("fitting") ? "running" : job.stage, i = Math.max(0, STAGES.findIndex(([s]) => s === at));
   const built = job.build_seconds > 0.05 || seen.has("compiling") || seen.has("deriving");

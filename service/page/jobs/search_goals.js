@@ -12,14 +12,14 @@ function levels(answer, of) {
   return [...(answer.of === of ? [[answer.target, "target"]] : []), ...bounds].filter(([value]) => value != null);
 }
 
-// Whether the best case misses the target or a constraint, in words.
+// A text that states whether the best case misses the target or a constraint.
 export function missed(answer, table) {
   const by = answer.constraints_missed, u = unit(table.column(answer.of)?.unit);
   if (!answer.feasible) return by == null ? "no case has a value" : `no case satisfies all constraints; the nearest case, ${answer.case}, misses them by ${number(by)} of their scales`;
   return Math.abs(answer.off_target) > TOLD * Math.abs(answer.target) ? `the nearest case, ${answer.case}, is off target by ${number(answer.off_target)} ${u}`.trim() : "";
 }
 
-// Plotly's shapes and annotations of a plot of a result (of). at: abscissa of the best case.
+// Plotly's shapes and annotations for the plot of a result. of: name of the result. at: abscissa of the best case.
 export function drawn(answer, table, of, at) {
   if (answer?.kind !== "optimise") return { shapes: [], annotations: [] };
   const { ink } = charts.inks(), found = levels(answer, of), y = answer.results[of];

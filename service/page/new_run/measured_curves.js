@@ -1,4 +1,5 @@
-// Measured curves for a fit, from a CSV file: the time in s, then the curves in SI units, each assigned to a column of the scene.
+// Measured curves for a fit, from a CSV file. The file has the time in s, then the curves in SI units. Each curve is assigned to a
+// column of the scene.
 
 import { $, choices, make, notice } from "../basics/requests_and_dom.js";
 import { words } from "../basics/axis_labels.js";
@@ -11,7 +12,7 @@ export function begin(changed) {
   $("curvesof").addEventListener("change", changed);
 }
 
-// Offers the columns of the scene for each curve. A curve is assigned to the column that has its name.
+// Offers the columns of the scene for each curve. At first, a curve is assigned to the column that has the curve's name.
 export function offer(found) {
   columns = found;
   for (const [k, select] of [...$("curvesof").querySelectorAll("select")].entries()) {

@@ -1,4 +1,5 @@
-// The motion of the scene beside the editor. A changed scene runs at once; while a number is dragged, the newest text runs next.
+// The motion of the scene beside the editor. A changed scene runs at once. While the user drags a number, the newest text runs
+// next.
 
 import { $, ask, askText, make, problemList } from "../basics/requests_and_dom.js";
 import * as browser from "./webassembly_runs.js";
@@ -19,11 +20,11 @@ export function begin(shown) {
 
 export const view = () => frame?.contentWindow;
 
-// Runs a scene next. model: the bundled model that it belongs to; a run of another model begins with a new view.
+// Runs a scene next. model: the bundled model from which the scene was made. A run of another model begins with a new view.
 export function run(text, model) { want({ text, model, held: false }); }
 
-// Runs a scene next, while a number or a point of it is dragged: view and scales stay. The browser runs it if it can. text: returns
-// the newest text.
+// Runs a scene next, while the user drags a number or a point. View and scales stay. The browser runs the scene if it can, else the
+// server does. text: returns the newest text.
 export function follow(text) {
   if (due) return;
   due = true;
@@ -76,13 +77,13 @@ function show(data, { model, held, turn: mine }) {
   if (!held) told(data);
 }
 
-// Shows why there is no new picture. The last picture stays and is dimmed.
+// Shows why there is no new picture. The last picture stays, dimmed.
 export function stale(problems) {
   frame?.classList.add("stale");
   $("previewnote").replaceChildren(...(problems.length ? [problemList(problems)] : [frame ? "The picture shows the last scene without problems." : ""]));
 }
 
-// Loads the page of the start into a frame, which shows all later runs.
+// Loads the page with the start of the scene into a frame. This frame shows all later runs.
 function open(page) {
   return new Promise((resolve, reject) => {
     const made = make("iframe", { title: "the mechanism in motion: arrow keys step through time, W A S D turn it", src: "/page/blank_frame.html", class: "behind" });

@@ -6,7 +6,7 @@ import { $, choices, number } from "../basics/requests_and_dom.js";
 const PAD = 6, LABELS = 15; // pixels around the curve; height of the line of labels
 let inside = null, offered = new Map(), now = null, before = null, at = 0, wish = "";
 
-// The curve that is selected when a run has it.
+// the curve to select as soon as a run has it
 export const prefer = (name) => { wish = name; };
 
 export function begin() {
@@ -17,7 +17,7 @@ export function begin() {
   new ResizeObserver(draw).observe(box);
 }
 
-// Shows the chosen value of a run. held: whether a number is being dragged.
+// Draws the curve of the chosen column of a run. held: whether the user is dragging a number.
 export function put(view, data, held) {
   inside = view;
   offered = new Map(data.joints.flatMap((j) => j.values.map((v) => [`${j.name} ${v.label}`, v])));

@@ -1,4 +1,4 @@
-// A slider for each number in the scene's text. A moved slider writes its number at its place in the text.
+// A slider for each number in the scene's text. A moved slider writes the new number into the text.
 
 import { $, breaking, make } from "../basics/requests_and_dom.js";
 import * as editor from "./scene_editor.js";
@@ -21,7 +21,7 @@ function written(parameters) {
   });
 }
 
-// Shows the numbers of the present text. Sliders stay, with their ranges, if the same numbers are there.
+// Shows a slider for each number of the present text. If the text has the same numbers as before, the sliders keep their ranges.
 export function put(parameters) {
   const found = written(parameters), same = found.map((n) => n.path).join() === there.map((n) => n.path).join();
   there = found.map((n, i) => (same ? Object.assign(there[i], n) : n));

@@ -1,4 +1,5 @@
-// Points of a plane mechanism, dragged on a grid in the picture. Dragging writes their coordinates into the text.
+// Points of a plane mechanism, which the user can drag on a grid in the picture. Dragging writes the coordinates of the point into
+// the text.
 
 import { $ } from "../basics/requests_and_dom.js";
 import * as preview from "./mechanism_preview.js";
@@ -17,7 +18,7 @@ export function begin(move, release) {
 const on = () => $("drag").getAttribute("aria-pressed") === "true";
 const nice = (x) => { const p = 10 ** Math.floor(Math.log10(x)); return (x < 2 * p ? 1 : x < 5 * p ? 2 : 5) * p; };
 
-// Finds the points of the text that is shown. A coordinate that the text gives by an expression stays.
+// Finds the points in the text that is shown. A coordinate that the text gives by an expression cannot be dragged.
 export function put(parameters, data) {
   if (from) return;
   size = data?.size ?? size;

@@ -1,4 +1,4 @@
-// The fields of a request: conversion from and to the form.
+// Converts the fields of a request from the form and to the form.
 
 import { $, make } from "../basics/requests_and_dom.js";
 import * as measured from "./measured_curves.js";
@@ -12,7 +12,8 @@ export function clear() {
   for (const id of ["reductions", "until", "label", "goalof", "target", "within"]) $(id).value = "";
 }
 
-// Sets the default result of a study: the first default reduction of the scene, or for a refinement the outcome.
+// Sets the default result of a study. The default of a refinement is the outcome. Other studies have the scene's first default
+// reduction.
 export function proposed(facts) {
   measured.offer(facts?.columns ?? []);
   if (study() && (!$("goalof").value || $("goalof").value === "outcome")) $("goalof").value = way() === "refine" ? "outcome" : (facts?.reductions[0] ?? "");
@@ -47,7 +48,8 @@ function parts(text) {
   return /[(,]/.test(text) || found.length > 3 || (text && found.length < 2) ? null : found;
 }
 
-// Shows the text of a row in its fields, or as a text if the fields cannot represent it or the user selects text.
+// Shows the range of a row in the row's fields. A range that the fields cannot represent, or that the user wants as text, is shown
+// as text.
 function arrange(row, asText = false) {
   const values = row.querySelector(".values"), found = asText ? null : parts(values.value);
   row.querySelector(".range").hidden = !found;
@@ -63,7 +65,8 @@ function written(row) {
   row.querySelector(".values").value = ends.some(Boolean) ? ends.join(":") : "";
 }
 
-// Adds a row for a varied number: path, ends of its range or a text, and a note with the present value or a problem.
+// Adds a row for a varied number. The row has the path, the ends of the range or a text, and a note with the present value or a
+// problem.
 export function axis(path, values, suggested, changed) {
   const id = `axis${Math.random().toString(36).slice(2)}`, about = { "aria-describedby": id, autocomplete: "off" };
   const input = make("input", { class: "path", list: "paths", value: path, "aria-label": "number of the scene", spellcheck: "false", ...about });
@@ -92,7 +95,7 @@ const told = (p) => (p.hint ? `${p.what}: ${p.hint}` : p.what);
 const PLACES = { reductions: "reductions", until: "until", label: "label", "sample.count": "samplecount", "sample.seed": "seed", "optimise.cases": "most", "refine.cases": "most", reach: "target" };
 const OF_WAYS = ["samplecount", "seed", "most", "target", "goalof", "within"];
 
-// The form field to which a problem belongs. A problem with a reduction can belong to the goal or the constraints of a study.
+// The form field to which a problem belongs. A problem with a reduction can belong to the goal or to a constraint of a study.
 function place(p) {
   if (p.where.startsWith("within")) return "within";
   const named = study() && p.where === "reductions" ? ["goalof", "within"].find((id) => p.what.includes(`'${$(id).value.split("=")[0].trim()}'`)) : null;

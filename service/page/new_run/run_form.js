@@ -1,4 +1,5 @@
-// The form of a new run: scene, varied numbers and reductions, which are checked while the user types; submission.
+// The form of a new run, with scene, varied numbers and reductions. The form checks all fields while the user types, and submits
+// the job.
 
 import { $, ask, askText, few, later, make, notice, number, problemList, wrong } from "../basics/requests_and_dom.js";
 import * as asked from "./request_fields.js";
@@ -69,7 +70,7 @@ async function load() {
   await check();
 }
 
-// Shows a mechanism of the first minute, with the slider to drag in focus.
+// Shows one of the mechanisms for new users, with the focus on the slider that they should drag.
 async function touch({ model, number: path, curve: name }) {
   $("model").value = model;
   curve.prefer(name);
@@ -88,7 +89,7 @@ async function take(id) {
   notice("");
 }
 
-// Called with the data of a run that is shown.
+// Called with the data of each run that the preview shows.
 export function moved(data) {
   shown = data;
   if (facts) points.put(facts.parameters, data);
@@ -156,7 +157,7 @@ async function check(signal) {
   await checkRequest(signal);
 }
 
-// Shows and returns the problems of a refused request. The form cannot be submitted with them.
+// Shows and returns the problems of a refused request. While the form has problems, the user cannot submit it.
 function refused(e, where, box, jump) {
   const problems = e.problems?.length ? e.problems : [{ where, what: e.message }];
   box.className = "verdict bad";
@@ -165,7 +166,7 @@ function refused(e, where, box, jump) {
   return problems;
 }
 
-// Removes the results for an earlier text while the new text is not checked.
+// Removes the results of the check of an earlier text until the new text is checked.
 const SLOW = 400, GONE = "Not checked: the server does not answer."; // ms
 
 function unanswered(why, ...boxes) {
@@ -205,7 +206,7 @@ async function checkRequest(signal) {
   }
 }
 
-// Submits the job. The idempotency key changes only with the form, so that a repeated submission after a lost response creates no
+// Submits the job. The idempotency key changes only with the form. Therefore a repeated submission after a lost response creates no
 // second job.
 async function submit() {
   if (!facts || $("submit").disabled) return;

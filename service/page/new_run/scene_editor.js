@@ -1,9 +1,9 @@
-// The scene editor, with line numbers, with problems at their lines, and with undo for typed and dragged changes alike.
+// The scene editor, with line numbers and with problems at their lines. Undo works for typed changes and for dragged changes.
 
 import { $, make } from "../basics/requests_and_dom.js";
 
 const GAP = 3; // distance between the end of a line and its problem, characters
-const PAUSE = 1000, MOST = 500; // ms after which typing begins a new change; changes that can be undone
+const PAUSE = 1000, MOST = 500; // ms after which typing begins a new change; number of changes that can be undone
 let lines = 0, past = [], future = [], last = { text: "", name: "", time: 0 }, changed = () => {};
 
 export function begin(onChange) {
@@ -20,7 +20,8 @@ export function begin(onChange) {
   $("redo").addEventListener("click", () => step(false));
 }
 
-// Notes a change of the text. It is undone together with the change before if that has the same name and is not older than `pause`.
+// Records a change of the text. Undo reverts two consecutive changes together if they have the same name and at most `pause` ms lie
+// between them.
 function note(name, pause = Infinity) {
   const now = performance.now();
   if (last.name !== name || now - last.time > pause) past = [...past, last.text].slice(-MOST);

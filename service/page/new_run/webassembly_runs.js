@@ -1,11 +1,12 @@
-// Runs of a scene in the browser, by its WebAssembly module, while a number of it is dragged. The server compiles the module once.
+// Runs a scene in the browser, by the scene's WebAssembly module, while the user drags a number. The server compiles the module
+// once.
 
 import { ask } from "../basics/requests_and_dom.js";
 import * as editor from "./scene_editor.js";
 import * as sliders from "./number_sliders.js";
 
 const WARNING = 1; // largest status of a call that succeeded
-const DRAWN = /^(m|rad)$/; // units of numbers that may change the shapes of the picture; start values do not
+const DRAWN = /^(m|rad)$/; // units of numbers that may change the shapes of the picture; start values never change shapes
 let module = null, asked = null;
 
 // The text without its numbers. Texts that differ only in numbers have the same module.
@@ -28,17 +29,18 @@ export async function prepare() {
     instance.exports._initialize?.();
     module = { ...made, base, first, web: instance.exports };
   } catch (e) {
-    if (!e.status) asked = null; // the server does not answer; any other refusal is final
+    if (!e.status) asked = null; // without an answer, the request can be repeated; a refusal is final
   }
 }
 
-// The variable of the module that sets a number. undefined if there is none, or if the number would change the shapes of the picture.
+// The variable of the module that sets a number. undefined if no variable sets it, or if the number may change the shapes of the
+// picture.
 function variable(path, unit) {
   const { parameters } = module;
   return DRAWN.test(unit) && !path.includes(".start.") ? undefined : parameters[path] ?? parameters[`${path}[1]`];
 }
 
-// The data of a run of the present text, with the shapes of the data before; null if only the server can run it.
+// The data of a run of the present text. The shapes come from the data `before`. Returns null if only the server can run the text.
 export function run(before) {
   if (!module || module.base !== skeleton() || !before) return null;
   const changes = [];
@@ -70,7 +72,7 @@ function stepped(changes, columns, before) {
   return { ...before, times: times.slice(0, n), rows: rows.slice(0, n * width), events: [], outcome: n === count ? "" : `ended early at t = ${times[n - 1].toPrecision(4)} s` };
 }
 
-// The unit quaternion q or -q: at first the one with a positive scalar, then the one nearer to the last.
+// The unit quaternion q or -q, which are the same rotation. First: the one with a positive scalar. Later: the one nearer to `last`.
 function turned(q, last, first) {
   const nearer = first ? q[0] : q.reduce((sum, x, k) => sum + x * last[k], 0);
   return nearer < 0 ? q.map((x) => -x) : q;

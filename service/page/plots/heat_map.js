@@ -20,8 +20,8 @@ function matrix(got, of) {
   return out;
 }
 
-// Marks for the cells with failed cases, by the most frequent failure outcome of a cell. at: ordinate of the marks without a y
-// axis.
+// Marks for the cells with failed cases. The mark shows the most frequent failure outcome of the cell. at: ordinate of the marks,
+// for bins over one column.
 function failing(got, at = null) {
   const c = got.cells, names = Object.keys(c.outcomes).filter((n) => n !== "done"), xs = middles(got.x), ys = got.y ? middles(got.y) : null;
   return names.map((name) => {
@@ -35,7 +35,7 @@ function failing(got, at = null) {
   }).filter((t) => t.x.length);
 }
 
-// The ends of the colour scale, chosen so that a few far outliers do not extend it; {} (Plotly's default) if there are no outliers.
+// The ends of the colour scale, chosen so that a few far outliers do not extend the scale; {} (Plotly's default) without outliers.
 export function span(values) {
   const known = values.filter((v) => v != null).sort((a, b) => a - b), at = (part) => known[Math.round(part * (known.length - 1))];
   if (known.length < 20) return {};
@@ -46,7 +46,7 @@ export function span(values) {
 // A text about the counted cases: all or selected.
 const counted = (got, selection) => `${selection.size ? "" : "All "}${few(got.cases, "case")}`;
 
-// The bins of the cases that did not end early; the bins of all cases if none ended early. Without such a case, no cell has a value.
+// The bins of the cases that did not end early. If all cases ended early, no cell has a value.
 async function complete(table, all, names, options) {
   if (!outcomes.early(table.job)) return all;
   const got = await table.bins(...names, { ...options, words: [outcomes.COMPLETE] });

@@ -144,13 +144,13 @@ function brush(canvas) {
   canvas.addEventListener("pointerup", (e) => {
     if (!held) return;
     const [, y] = where(e), name = axes[held.k].c.name, now = new Map(selection);
-    if (Math.abs(y - held.from) < 4) now.delete(name); // a click clears the selection
+    if (Math.abs(y - held.from) < 4) now.delete(name); // a click without dragging clears the selection
     held = null;
     tell(now);
   });
 }
 
-// Input fields for a selection by numbers, which the keyboard can use.
+// Input fields, in which the user types the selected range by the keyboard.
 function numbers(open) {
   const rows = axes.map(({ c, low, high }) => {
     const ends = [0, 1].map((i) => make("input", { type: "number", step: "any", class: "short", "data-of": `${c.name} ${i}`, "aria-label": `${i ? "most" : "least"} ${c.name}`, placeholder: number(+(i ? high : low).toPrecision(4)), value: selection.get(c.name)?.[i] ?? "" }));

@@ -4,7 +4,7 @@ import { make, number, wrong } from "../basics/requests_and_dom.js";
 import * as outcomes from "../basics/outcome_colours.js";
 import { lines, words } from "../basics/axis_labels.js";
 
-// Buttons that would upload plots to Plotly; they are removed.
+// Buttons to remove, because they would upload plots to Plotly.
 const AWAY = ["sendChartToCloud", "sendDataToCloud", "editInChartStudio"];
 const tools = () => ({
   responsive: true, displaylogo: false, displayModeBar: window.innerWidth < 600 ? false : "hover", plotlyServerURL: "",
@@ -69,12 +69,13 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", async () =
 
 const look = (outcome) => ({ color: outcomes.of(outcome).color, symbol: outcomes.symbol(outcomes.of(outcome)), size: 8 });
 
-// The traces of cases as points, one for each outcome. chosen: tells whether a case is highlighted; null: all are.
+// The traces of cases as points, one trace for each outcome. chosen: function that tells whether a case is highlighted; null
+// highlights all.
 export function points(rows, at, x, y, text, chosen) {
   const known = rows.map(y).filter((v) => v != null && Number.isFinite(v)), low = Math.min(...known), high = Math.max(...known);
   const floor = known.length ? low - 0.06 * ((high - low) || Math.abs(low) || 1) : 0; // height of cases without a value, below all values
   const names = [...new Set(rows.map((r) => r[at]))].sort((a, b) => (a === "done" ? -1 : b === "done" ? 1 : a < b ? -1 : 1));
-  const told = (outcome) => ({ type: "scatter", mode: "markers", name: outcomes.said(outcome), legendgroup: outcome, x: [null], y: [null], marker: look(outcome) }); // a legend entry with full opacity
+  const told = (outcome) => ({ type: "scatter", mode: "markers", name: outcomes.said(outcome), legendgroup: outcome, x: [null], y: [null], marker: look(outcome) }); // gives the legend an entry with full opacity
   return names.flatMap((outcome) => {
     const mine = rows.filter((r) => r[at] === outcome), size = mine.length > 1000 ? 4 : mine.length > 200 ? 5.5 : 8;
     const opacity = chosen ? mine.map((r) => (chosen(r) ? 0.95 : 0.12)) : mine.length > 1000 ? 0.6 : 0.9;

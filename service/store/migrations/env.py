@@ -1,4 +1,4 @@
-"""The entry point of Alembic. Migrations run on the connection that ``trunnion.service.store.database_connection`` passes."""
+"""The entry point of Alembic. The migrations use the connection that ``trunnion.service.store.database_connection`` opens."""
 
 from alembic import context
 

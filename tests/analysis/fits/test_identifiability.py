@@ -36,7 +36,7 @@ def test_friction_and_radius_of_a_journal_are_named(found: trunnion.Fit) -> None
     by = dict(zip(pair.names, exponents, strict=True))
     assert by[MU] / by[RADIUS] == pytest.approx(1.0 / (1.0 + found.values[MU] ** 2), rel=1e-3)
     assert 0.0 < deviation < 0.1
-    told = next(n for n in found.notes if "cannot tell" in n)
+    told = next(n for n in found.notes if "cannot separate" in n)
     assert f"about {MU} · {RADIUS}" in told
     assert "fix the value of one parameter" in told
 

@@ -146,7 +146,7 @@ def test_settings_beyond_a_slow_run_are_left_out_with_a_note_unless_the_user_nam
     wanted = WorkPrecisionRequest(methods=("rk8",), rtols=named, until=0.2, samples=2, repeats=1, fixed=False, solvers=False)
     study = measure_work_precision(load_scene("simple_pendulum"), wanted)
     assert len(study.points) == measured
-    assert [n.split(",")[0] for n in study.notes] == ([] if named else ["rk8: nothing beyond rtol 1e-02"])
+    assert [n.split(",")[0] for n in study.notes] == ([] if named else ["rk8: tighter settings than rtol 1e-02"])
 
 
 def test_a_methods_points_are_shown_before_the_next_method_and_the_next_law_begin() -> None:

@@ -122,7 +122,7 @@ FAR = "mimic: {joint: near, ratio: 0.7, offset: 10 deg}"
 WRONG = {
     "there is no joint nearr": FAR.replace("near", "nearr"),
     "is a length; an angle is expected": FAR.replace("10 deg", "10 mm"),
-    "a drive prescribes the motion of this joint already": FAR + ", drive: {constant: {rate: 1}}",
+    "a drive already prescribes the motion of this joint": FAR + ", drive: {constant: {rate: 1}}",
     "these joints follow each other in a circle": FAR.replace("near", "slide").replace("0.7", "5 rad/m"),
 }
 

@@ -21,7 +21,7 @@ def standing(**more: Any) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"joints": {"tip": {"type": "spherical", "curve": None}}}, "does not only push"),
+        ({"joints": {"tip": {"type": "spherical", "curve": None}}}, "cannot open"),
         ({"simulation": {"method": "moreau"}}, "time stepping does not locate"),
         ({"joints": {"tip": {"friction": {"law": "viscous", "mu": 0.3}}}}, "no friction by the law"),
         ({"joints": {"tip": {"cut": False}}}, "always cut"),

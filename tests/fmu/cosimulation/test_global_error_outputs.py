@@ -117,5 +117,5 @@ def test_kinds_of_fmu_that_cannot_report_errors_are_refused(tmp_path: Path, how:
 
 
 def test_bounded_steps_report_no_errors(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="errors need a second run"):
+    with pytest.raises(SceneError, match="error estimates need a second run"):
         export("spherical_pendulum", tmp_path / "x.fmu", certify=True, overrides={"simulation.realtime": {"step": 1e-3}})

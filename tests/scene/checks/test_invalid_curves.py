@@ -37,7 +37,7 @@ WRONG = {
     "the rate of this joint is the sliding speed": GOOD.replace(", curve", ", roller: 3 mm, unilateral: {}, damping: 2, curve"),
     "a point_on_curve joint has no slot with play": GOOD.replace(", curve", ", slot: {play: 1 mm}, curve"),
     "a pin_in_slot needs the play of its slot": PIN.replace(", slot: {play: 1 mm}", ""),
-    "the walls of a pin_in_slot only push": PIN.replace(", unilateral: {}", ""),
+    "the walls of a pin_in_slot push, but do not pull": PIN.replace(", unilateral: {}", ""),
     "0 slots": PIN.replace("1 mm", "1 mm, repeated: 0"),
     "the curve leaves its sector of 360°/60": PIN.replace("1 mm", "1 mm, repeated: 60"),
     "a closed curve has no end for a mouth": PIN.replace("1 mm", "1 mm, mouth: end").replace("0]]", "0]], closed: true"),

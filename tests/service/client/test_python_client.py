@@ -81,7 +81,7 @@ def test_rows_of_cases_are_had_alone_and_together(job: Job) -> None:
     assert many.column_names == ["case", "time", "ball.qd[2]"]
     assert many["case"].to_pylist() == [4] * 6 + [5] * 6
     assert many["time"].to_numpy()[:6] == pytest.approx(np.linspace(0.0, 0.5, 6), abs=1e-12)
-    with pytest.raises(SimulationError, match="does not divide"):
+    with pytest.raises(SimulationError, match="is not a multiple of the spacing"):
         job.trajectories("ball.qd[2]", every=0.0333, cases=[4])
     with pytest.raises(SceneError, match="not a spacing"):
         job.trajectories(every=-1.0, cases=[4])

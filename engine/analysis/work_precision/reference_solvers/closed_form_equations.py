@@ -93,7 +93,7 @@ class CrankSlider(ClosedFormEquation):
 class FourBars(ClosedFormEquation):
     """Benchmark A02: in exact arithmetic all cranks stay parallel, so one equation describes all four-bars."""
 
-    about = "one equation, for the parallel motion only: it omits the other motion that begins where a freedom is added"
+    about = "one equation, valid only while all cranks stay parallel; it omits the second possible motion"
 
     def __init__(self, scene: sm.Scene, variant: FrictionVariant):
         self.n = sum(name.startswith("coupler") for name in scene.bodies)

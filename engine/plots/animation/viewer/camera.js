@@ -1,4 +1,4 @@
-// The camera: axes of the view, fit of the motion into the free part of the window, points to pixels.
+// The camera. The camera has the axes of the view, fits the motion into the free part of the window, and converts points to pixels.
 "use strict";
 
 const FIELD = Math.tan(0.5 * 22 * Math.PI / 180); // half of the visible height, divided by the distance of the eye
@@ -10,7 +10,7 @@ function firstView() {
   return { right: run.view[0].slice(), up: run.view[1].slice(), toward: run.view[2].slice(), shift: [0, 0, 0], zoom: 1 };
 }
 
-// Mean of the mass centres, which a following view keeps in the middle.
+// Mean of the mass centres. A view that follows the mechanism keeps this point in the middle.
 function centre(m) {
   const c = [0, 0, 0];
   for (const b of m.poses) for (let k = 0; k < 3; k++) c[k] += b.p[k] / m.poses.length;
@@ -79,15 +79,16 @@ function middle(m) {
 }
 
 // The camera at a moment. matrix: column-major, from the world to clip space. eye: (position of the eye, 1), or in parallel
-// projection (direction towards the eye, 0). project: point → pixels from the left and from the top, metres towards the viewer,
-// depth.
+// projection (direction towards the eye, 0). project: function from a point to pixels from the left and from the top, metres
+// towards the viewer, and depth.
 function camera(m) {
   const w = window.innerWidth, h = window.innerHeight, f = free(), s = scale(), o = middle(m);
   const x0 = f.x + f.w / 2, y0 = f.y + f.h / 2, distance = h / (2 * s * FIELD), span = 4 * distance + 40 * run.size;
   const eye = look.parallel ? [...view.toward, 0] : [...add(o, view.toward, distance), 1];
   const row = (a, k) => [...a.map((x) => k * x), -k * dot(a, o)];
   const right = row(view.right, 2 * s / w), up = row(view.up, 2 * s / h), toward = row(view.toward, 1);
-  // deep: depth divided by the distance, 1 at the middle point. The middle of the picture is not the middle of the window.
+  // deep: depth divided by the distance; 1 at the middle point. The middle point is drawn in the middle of the free part of the
+  // window.
   const deep = look.parallel ? [0, 0, 0, 1] : toward.map((x, k) => (k === 3 ? 1 : 0) - x / distance);
   const shift = [2 * x0 / w - 1, 1 - 2 * y0 / h], near = NEAREST, far = span / distance;
   const line = look.parallel
@@ -108,7 +109,8 @@ function rotate(v, axis, angle) {
   return [0, 1, 2].map((i) => v[i] * c + w[i] * s + axis[i] * k);
 }
 
-// Turn about the vertical axis, and tilt about the view's horizontal axis, radians. A tilt over the top is ignored.
+// Turn about the vertical axis, and tilt about the view's horizontal axis, radians. A tilt beyond the view from above or below is
+// ignored.
 function turn(around, over) {
   for (const k of ["right", "up", "toward"]) view[k] = rotate(view[k], run.up, -around);
   const tilted = rotate(view.up, view.right, -over);
@@ -124,7 +126,7 @@ function shift(dx, dy) {
 
 function zoom(k) { view.zoom = Math.min(60, Math.max(0.05, view.zoom * k)); }
 
-// View along an axis. The front view looks along the horizontal axis that is nearest to the first view's direction.
+// Look along an axis. The front view looks along the horizontal axis that is nearest to the direction of the first view.
 function along(which) {
   const axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].filter((e) => Math.abs(dot(e, run.up)) < 0.9), first = run.view[2];
   const e = axes.reduce((a, b) => (Math.abs(dot(b, first)) > Math.abs(dot(a, first)) ? b : a));

@@ -1,7 +1,8 @@
 // The picture without WebGL: polygons from back to front, then pins and contacts over the polygons.
 "use strict";
 
-// Canvases in main memory; the finished picture is copied to the page. With software rendering, this is faster for many polygons.
+// Canvases in main memory. The finished picture is copied to the page. With software rendering, this way is faster for many
+// polygons.
 const [layer, leaf] = [0, 1].map(() => document.createElement("canvas").getContext("2d", { willReadFrequently: true }));
 const LIGHT = unit([0.3, 0.65, 0.7]);
 const shades = new Map();
@@ -12,7 +13,7 @@ function shade(color, light) {
   return shades.get(key);
 }
 
-// Append the faces of a mesh that face the viewer, with their depth.
+// Append the polygons of a mesh that face the viewer, with their depth.
 function visible(mesh, pose, color, cam, bias, out) {
   const spots = [], v = mesh.v, s = cam.s;
   for (let i = 0; i < v.length; i += 3) spots.push(cam.project(add(pose.p, apply(pose.r, [v[i], v[i + 1], v[i + 2]]))));
@@ -67,7 +68,7 @@ function grid(m, cam, ink) {
   }
 }
 
-// Zigzag of a spring: places along and across the spring, divided by its length.
+// The zigzag of a spring: coordinates along and across the spring, divided by the spring's length.
 const ZIGZAG = [[0, 0], [0.15, 0], ...Array.from({ length: 9 }, (_, k) => [0.19 + 0.0775 * k, k % 2 ? -0.05 : 0.05]), [0.85, 0], [1, 0]];
 function threads(m, cam, ink) {
   for (const ends of run.springs) {

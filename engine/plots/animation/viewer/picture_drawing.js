@@ -1,8 +1,8 @@
-// One picture: with WebGL, or flat without WebGL. Names and axes are drawn over the picture.
+// Draws one picture with WebGL, or a flat picture without WebGL. Names and axes are drawn over the picture.
 "use strict";
 
 const over = document.getElementById("over"), paint = over.getContext("2d");
-const OTHER = "#d55e00"; // the outlines of the other run
+const OTHER = "#d55e00"; // the outlines of the bodies of the other run
 const AXES = [["x", "#d55e00"], ["y", "#009e73"], ["z", "#0072b2"]];
 
 // Choose WebGL. For ?flat=1, and in browsers without WebGL 2, choose the flat picture.
@@ -20,7 +20,8 @@ function equip(refused) {
   document.getElementById("note").hidden = Boolean(card);
 }
 
-// Pass the height of the controls to the style sheet, which in narrow windows places the panel of values above the controls.
+// Pass the height of the controls to the style sheet. In narrow windows, the style sheet places the panel of values above the
+// controls.
 function settle() {
   document.documentElement.style.setProperty("--foot", $("foot").offsetHeight + "px");
 }

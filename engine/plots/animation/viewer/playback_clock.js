@@ -25,7 +25,7 @@ function render() {
   $("clock").textContent = text;
   update($("values"));
   tip();
-  document.dispatchEvent(new CustomEvent("shown", { detail: { t: clock.t, playing: clock.playing } })); // for a page that embeds this page
+  document.dispatchEvent(new CustomEvent("shown", { detail: { t: clock.t, playing: clock.playing } })); // for the embedding page
 }
 
 function frame(now) {

@@ -1,10 +1,12 @@
-// Points that the embedding page lets the user drag in the plane of the motion. They are shown at the start of the run.
+// Points that the user can drag in the plane of the motion, if the embedding page offers them. The picture then shows the start of
+// the run.
 "use strict";
 
-const REACH = 16, HANDLE = 6, PLANE_SAMPLES = 20, FLAT = 1e-6, GRID_DOTS = 4; // pixels, pixels, rows, relative to the size, dots
+const REACH = 16, HANDLE = 6, PLANE_SAMPLES = 20, FLAT = 1e-6, GRID_DOTS = 4; // pixels, pixels, rows, fraction of the size, dots
 let handles = [], onPull = null, grip = null, normal = -1;
 
-// The index of the world axis across which no part moves or tilts; among several, the one nearest to the view. −1: there is none.
+// The index of the world axis along which no part moves and which no part tilts. Of several axes, the one nearest to the view. −1
+// if no axis fits.
 function planeOf() {
   const fits = [0, 1, 2].filter((k) => run.parts.every((_, i) => {
     const first = moment(start).poses[i];
@@ -21,9 +23,9 @@ function planeOf() {
 // The matrix b·aᵀ of two rotation matrices.
 const turnBetween = (a, b) => [0, 1, 2].flatMap((r) => [0, 1, 2].map((c) => dot(b.slice(3 * r, 3 * r + 3), a.slice(3 * c, 3 * c + 3))));
 
-// Offers points for dragging, seen along the axis across the plane; an empty list removes all handles. given: [{part (name; "" for the
-// ground), name, at (for the ground), grid (m)}]. tell: called with the index of a point, its new place on the part, and whether the
-// point was released.
+// Offers points for dragging. The view is along the normal of the plane. An empty list removes all handles. given: [{part (name; ""
+// for the ground), name, at (for the ground), grid (m)}]. tell: called with the index of a point, its new place on the part, and
+// whether the point was released.
 function offer(given, tell) {
   handles = given;
   onPull = tell;

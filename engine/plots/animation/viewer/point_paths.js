@@ -1,4 +1,4 @@
-// Paths of points: the whole run faint, the part before the current time in full.
+// Paths of points. The path of the whole run is faint, the path up to the current time is strong.
 "use strict";
 
 const MOST_SPOTS = 600;

@@ -30,7 +30,7 @@ function take(data) {
 }
 take(JSON.parse(document.getElementById("data").textContent));
 
-// The place of time t among the rows: t is a fraction f of the way from row i to row i + 1.
+// The place of time t among the rows: the row i, and the fraction f of the way from row i to row i + 1.
 function locate(t) {
   let low = 0, high = last;
   while (high - low > 1) {

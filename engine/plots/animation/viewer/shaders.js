@@ -21,8 +21,8 @@ vec4 hatched(vec3 color, float wide) {
 }
 `;
 
-// The back of a face is drawn like a cut. It is visible only where an open surface is cut, because a closed surface gets a cap. The
-// faces of a see-through body (uGhost) are the more transparent, the more directly they face the viewer.
+// The back of a face is drawn like a cut. The back is visible only where an open surface is cut, because a closed surface gets a
+// cap. A face of a see-through body (uGhost) is most transparent where it faces the viewer directly.
 const SURFACE = `#version 300 es
 precision highp float;
 ${HATCHED}in vec3 vP, vN;
@@ -47,7 +47,7 @@ uniform vec2 uHalf;
 uniform float uWidth, uBias, uNear;
 out vec3 vP;
 void main() {
-  int k = gl_VertexID % 6; // two triangles: along the line 0 1 1 0 1 0, across it - - + - + +
+  int k = gl_VertexID % 6; // corners of two triangles: along the line 0 1 1 0 1 0, across the line - - + - + +
   vec2 corner = vec2(k == 1 || k == 2 || k == 4 ? 1.0 : 0.0, k == 2 || k == 4 || k == 5 ? 1.0 : -1.0);
   vec3 A = (uModel * vec4(a, 1.0)).xyz, B = (uModel * vec4(b, 1.0)).xyz;
   vec4 P = uView * vec4(A, 1.0), Q = uView * vec4(B, 1.0);

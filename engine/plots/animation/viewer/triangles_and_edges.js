@@ -2,7 +2,7 @@
 "use strict";
 
 const CREASE = Math.cos(40 * Math.PI / 180), LEVEL = 0.99999;
-const EDGE = 6, SMOOTH = 12; // numbers of an edge: two ends; a smooth edge also has the normals of both faces
+const EDGE = 6, SMOOTH = 12; // numbers for an edge: two ends; for a smooth edge also the normals of both faces
 
 function newell(spots) {
   let n = [0, 0, 0];
@@ -10,7 +10,7 @@ function newell(spots) {
   return n;
 }
 
-// Number of each vertex. Vertices at the same place have the same number.
+// A number for each vertex. Vertices at the same place have the same number.
 function merged(v) {
   const places = new Map(), ids = [];
   for (let i = 0; i < v.length; i += 3) {
@@ -51,7 +51,7 @@ function solid(mesh) {
   return { surface: new Float32Array(surface), creases: new Float32Array(creases), smooth: new Float32Array(smooth) };
 }
 
-// The smooth edges on the outline: one of the two faces at the edge faces the eye, the other does not. eye: (position, 1) or
+// The smooth edges on the outline. At such an edge, only one of the two faces faces the eye. eye: (position, 1) or
 // (direction, 0), in the shape's axes.
 function rim(smooth, eye) {
   const out = [], [x, y, z, w] = eye;
@@ -82,8 +82,8 @@ function turnedShape(rings, n = 20) {
 
 const SHAFT = turnedShape([[0, 0], [0, 1], [1, 1], [1, 0]]), HEAD = turnedShape([[0, 0], [0, 1], [1, 0]], 24);
 
-// The mesh of a contact's patch on its pin. Its origin is on the pin's axis; its axes are outward normal, across, along the pin.
-// The patch is an oval: the contact point is on the oval's rim, or in its middle if the pin has no ends.
+// The mesh of a contact's patch on its pin. The origin is on the pin's axis. The axes are outward normal, across the pin, along the
+// pin. The patch is an oval. The contact point is on the rim of the oval, or in its middle if the pin has no ends.
 function patchOf(mark) {
   const rings = 6, n = 28, v = [], f = [], lift = 1.006 * mark.arm, wide = mark.wide;
   for (let i = 0; i <= rings; i++) {

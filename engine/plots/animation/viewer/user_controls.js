@@ -1,4 +1,4 @@
-// The controls: pointer, keys, buttons, options in the address; and the start of the page.
+// The controls of the page: pointer, keys, buttons and options in the address. This file also starts the page.
 "use strict";
 
 const pointers = new Map();
@@ -114,9 +114,9 @@ function typed(e) {
   act(e);
 }
 
-// Apply the options in the page, then those in the address after ?, then those after #. Later options override earlier options. The
-// options are t (s), play, names, xray, traces, parallel, section (view, x, y, z), theme (light, dark), values, bare (no title; on
-// narrow screens no legend) and flat (no WebGL).
+// Apply the options in the page, then the options in the address after ?, then the options after #. Later options override earlier
+// options. The options are t (s), play, names, xray, traces, parallel, section (view, x, y, z), theme (light, dark), values, bare
+// (no title; on narrow screens no legend) and flat (no WebGL).
 function parameters() {
   const given = new URLSearchParams(run.shown);
   for (const part of [window.location.search, window.location.hash]) new URLSearchParams(part.slice(1)).forEach((x, key) => given.set(key, x));
@@ -131,7 +131,7 @@ function parameters() {
   return given;
 }
 
-// Buttons do the same as their keys.
+// Each button acts as its key does.
 const KEYS = { play: " ", labels: "l", xray: "x", follow: "f", traces: "t", parallel: "p", section: "c", numbers: "v", night: "n", reset: "r", help: "?" };
 function buttons() {
   for (const [name, key] of Object.entries(KEYS)) $(name).onclick = keys[key];
@@ -168,11 +168,11 @@ function describe() {
 
 const HELD = ["up", "center", "arrow", "force", "pressure", "extent", "floor", "grid", "size", "view", "follow", "speeds", "speed", "rails"];
 
-// Shows another run, at the same time and from the same view. held: the scales and the fit into the window stay, too, because the user
-// drags a number of the scene.
+// Shows another run, at the same time and from the same view. held: whether the scales and the fit into the window stay, too.
+// Scales and fit stay while the user drags a number of the scene.
 function load(data, held = false) {
   const old = run, first = last === 0, alike = shapeOf(data) === shape;
-  if (alike) for (const key of ["meshes", "parts", "joints"]) data[key] = old[key]; // the buffers belong to these objects
+  if (alike) for (const key of ["meshes", "parts", "joints"]) data[key] = old[key]; // the buffers belong to the old objects
   if (held) for (const key of HELD) data[key] = old[key];
   take(data);
   traced = hover = null;
@@ -187,7 +187,7 @@ function load(data, held = false) {
   render();
 }
 
-// Outlines the bodies of another run of the mechanism at the same times; null: no other run.
+// Draws the outlines of the bodies of another run of the mechanism, at the same times. null removes the outlines.
 function beside(data) {
   other = data && [data, ...read(data), data.width, 0];
   if (other) other[4] = other[1].length - 1;

@@ -1,4 +1,4 @@
-// The panel beside the picture: values of joints with small curves; the legend.
+// The panel beside the picture: values of joints with small curves, and the legend.
 "use strict";
 
 // NOISE: a value below this fraction of the joint's largest value in the same unit is shown as 0, because rows are float32

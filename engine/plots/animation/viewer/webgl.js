@@ -27,7 +27,7 @@ function program(gl, vertex, fragment, attributes) {
   return { made, put: (values) => { gl.useProgram(made); for (const k in values) if (set[k]) set[k](values[k]); } };
 }
 
-// Each edge six times, for the corners of its two triangles. In software rendering this is faster than instancing.
+// Repeats each edge six times, for the corners of its two triangles. In software rendering, repetition is faster than instancing.
 function corners(data) {
   const out = new Float32Array(6 * data.length);
   for (let i = 0; i < data.length; i += EDGE) for (let k = 0; k < 6; k++) out.set(data.subarray(i, i + EDGE), 6 * i + EDGE * k);
@@ -70,7 +70,7 @@ function graphics(canvas) {
     return { ...array(() => attributes(gl, corners(data), [[0, 3, 0], [1, 3, 3]], EDGE, usage)), count: data.length / EDGE };
   }
 
-  // Buffers of a mesh {v, f}, and its smooth edges. Each picture draws only the smooth edges on the outline.
+  // The buffers of a mesh {v, f}, and the smooth edges of the mesh. Each picture draws only the smooth edges on the outline.
   function shape(mesh) {
     const s = solid(mesh);
     return { ...array(() => attributes(gl, s.surface, [[0, 3, 0], [1, 3, 3]], 6)), count: s.surface.length / 6, creases: lines(s.creases), smooth: s.smooth };
@@ -79,7 +79,7 @@ function graphics(canvas) {
   const spot = array(() => attributes(gl, new Float32Array(3), [[0, 3, 0]], 3));
   const sheet = array(() => attributes(gl, new Float32Array([-1, -1, 0, 1, -1, 0, -1, 1, 0, 1, 1, 0]), [[0, 3, 0]], 3));
 
-  owned.length = 0; // from here on, ``owned`` lists what belongs to the shapes of a run
+  owned.length = 0; // from here on, ``owned`` lists the buffers of the shapes of a run
   function draw(thing, name, values, call) {
     programs[name].put(values);
     gl.bindVertexArray(thing.vao);
@@ -99,8 +99,8 @@ function graphics(canvas) {
   };
 }
 
-// placed: column-major 4×4 matrix of a rotation (row-major 3×3), a place and factors along the three axes. turning: the
-// column-major 3×3 matrix of the rotation, for normals.
+// placed: the column-major 4×4 matrix that scales by factors k along the three axes, rotates by r (row-major 3×3), and moves to the
+// place p. turning: the column-major 3×3 matrix of the rotation, for normals.
 const placed = (r, p, k = [1, 1, 1]) => [
   k[0] * r[0], k[0] * r[3], k[0] * r[6], 0, k[1] * r[1], k[1] * r[4], k[1] * r[7], 0, k[2] * r[2], k[2] * r[5], k[2] * r[8], 0, ...p, 1,
 ];

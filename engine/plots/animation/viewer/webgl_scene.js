@@ -33,7 +33,7 @@ function prepared() {
   return { shapes, patches, shells, rails, shaft: card.shape(SHAFT), head: card.shape(HEAD), coils: empty(), rods: empty(), rim: empty(), traces: null };
 }
 
-// Whether a pin is as large as its body (a drawer in its runners): then only its edges are drawn.
+// Whether a pin is as large as its body, as for a drawer in its runners. Only the edges of such a pin are drawn.
 function shell(pin) {
   if (pin.part < 0) return false;
   const [own, body] = [pin.mesh, run.parts[pin.part].mesh].map((i) => boxes[i][7].map((x, k) => x - boxes[i][0][k]).sort((a, b) => a - b));
@@ -58,15 +58,15 @@ function coil(p, q) {
   return strip([...points, q]);
 }
 
-// The plane that cuts bodies (normal, level). It either faced the viewer when the user chose it, or is perpendicular to an axis.
-// Points beyond the plane are not drawn.
+// The plane that cuts bodies (normal, level). The plane faces the direction of the viewer at the time of the choice, or is
+// perpendicular to an axis. Points beyond the plane are not drawn.
 function cutting() {
   if (!look.cut) return OFF;
   const n = look.cut === "view" ? look.cutFrom : [0, 1, 2].map((k) => (k === "xyz".indexOf(look.cut) ? 1 : 0));
   const side = look.cut === "view" || dot(n, view.toward) >= 0 ? n : n.map((x) => -x), m = moment(clock.t), spots = [];
   run.parts.forEach((part, i) => { const v = run.meshes[part.mesh].v; for (let k = 0; k < v.length; k += 3) spots.push(dot(side, m.place(i, v.slice(k, k + 3)))); });
   const low = Math.min(...spots), high = Math.max(...spots);
-  return [...side, low + (1.002 * look.cutAt - 0.001) * (high - low)]; // from slightly below to slightly above the bodies' extent
+  return [...side, low + (1.002 * look.cutAt - 0.001) * (high - low)]; // from slightly below to slightly above the bodies
 }
 
 const pose = (b) => ({ uModel: placed(b.r, b.p), uTurn: turning(b.r) });

@@ -1,4 +1,4 @@
-"""Adds a column for the digest of the chunk ends of a finished job. For older jobs, the digest is computed on request."""
+"""Adds a column for the digest of the chunk ends of a finished job. For older jobs, the store computes the digest on request."""
 
 import sqlalchemy as sa
 from alembic import op

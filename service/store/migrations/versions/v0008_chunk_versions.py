@@ -1,5 +1,5 @@
-"""Adds a column for the version that computed the rows of a chunk. For existing chunks it is unknown until the server has examined
-their parts (``parts_of_earlier_versions.py``)."""
+"""Adds a column for the version that computed the rows of a chunk. For existing chunks, the version is unknown until the server has
+examined their parts (``parts_of_earlier_versions.py``)."""
 
 import sqlalchemy as sa
 from alembic import op
