@@ -167,6 +167,8 @@ def _advance(model: Model, run: Run, mark: float, left: dict) -> None:
         if len(below):
             share, k = _located(model, t0, h, y0, stages, shares[last - 1], shares[last])
             run.t, run.y = t0 + share * h, y0 + polynomial(stages, np.array([share]))[0]
+            for late in [i for i, (t, _) in left.items() if t > run.t]:  # noted after the instant at which the step now ends
+                del left[late]
             pair = model.switch(k, run.t, run.y)
             # go back to the latest instant at which a pair that began to move with this pair left its speed of rest
             if pair in left:
