@@ -17,7 +17,7 @@ from trunnion.importers.pose_matrices import Pose, along, inverse, least_turn, p
 from trunnion.importers.urdf import TYPES
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.file_format.yaml_writer import scene_to_dict
-from trunnion.scene.queries.body_poses import sides_of
+from trunnion.scene.queries.body_poses_and_joint_sides import sides_of
 from trunnion.scene.queries.mass_properties import mass_properties
 from trunnion.system.construction.joint_frames import frame, matrix
 from trunnion.system.construction.spanning_tree import Spanning, span

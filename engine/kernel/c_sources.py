@@ -20,7 +20,7 @@ from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.runtime.abi.kernel_records import ELEMENT, JACOBIAN, KERNEL, LINEAR, OUTPUTS, PACE, PAIR, POST, UNILATERAL
 from trunnion.system.signals.excitation_frequencies import frequencies
 from trunnion.system.structure.bodies_and_joints import System
-from trunnion.system.structure.curve_positions import curve_positions
+from trunnion.system.structure.force_curve_positions import curve_positions
 from trunnion.system.structure.loop_joints import rows_of
 from trunnion.system.structure.loop_matrix_fill import fill, tables_of
 from trunnion.system.structure.redundant_loop_groups import reaction_groups

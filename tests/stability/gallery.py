@@ -6,7 +6,7 @@ from __future__ import annotations
 from tests.stability.entries import (
     ball_pendulums,
     closed_loops,
-    doors_on_hinges,
+    doors_and_marginal_stop,
     gear_units_and_loads,
     journal_bearings,
     loads_and_starts,
@@ -27,7 +27,7 @@ KINDS = (
     ball_pendulums,
     toggle_press,
     rest_and_dead_centres,
-    doors_on_hinges,
+    doors_and_marginal_stop,
     mass_springs_spin,
     gear_units_and_loads,
     loads_and_starts,

@@ -84,7 +84,7 @@ def inverse(
         SimulationError: if there is no solution at any time.
     """
     loaded = scene_given(scene, overrides)
-    refuse_unilateral(loaded, "inverse dynamics: a prescribed motion may end at a contact without an impact")
+    refuse_unilateral(loaded, "inverse dynamics: a prescribed motion may close a contact, but no impact is computed")
     t = np.asarray(time, float)
     curves = _curves(loaded, t, motion)
     model = Model(_driven(loaded, curves), outputs if outputs is not None else _usual(loaded, curves))

@@ -49,7 +49,7 @@ def kinematics(
         SceneError: for wrong input, and if a freedom is not determined by the drives.
     """
     loaded = scene_given(scene, overrides, massless=True)
-    refuse_unilateral(loaded, "prescribed motion: it may end at a contact without an impact")
+    refuse_unilateral(loaded, "prescribed motion: it may close a contact, but no impact is computed")
     bare = prescribed(loaded)
     wanted = moving_columns(bare) if outputs is None else names_given(outputs)
     return simulate(bare, until, every, rtol, outputs=wanted)

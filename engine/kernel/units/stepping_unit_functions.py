@@ -19,7 +19,7 @@ from trunnion.recursion.loop_contact_springs import complete_wrench, friction_ch
 from trunnion.recursion.masses_and_forces import line_of, nonlinear_position, place_of, stop_push
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX
-from trunnion.system.structure.curve_positions import fields_with_width, freedoms_with_curves, lines_with_curves
+from trunnion.system.structure.force_curve_positions import fields_with_width, freedoms_with_curves, lines_with_curves
 from trunnion.system.structure.friction_joint_indices import Element, elements
 
 
@@ -49,7 +49,7 @@ def stops_function(m: Model) -> Code:
     """C function of the depth by which every end stop is compressed. The depth of an open stop is negative. After the depths, the
     output has one more value for each stop. For an end stop, the value is the factor of the elastic force, which is 0 at release
     (``stop_push``). For a hook, the value is the excess of its signal over the release value. For a unilateral joint, the value is
-    the coefficient of restitution. The positions in curves and fields come last (``system.structure.curve_positions``)."""
+    the coefficient of restitution. The positions in curves and fields come last (``system.structure.force_curve_positions``)."""
     sym = m.sym
     depths: list[SX] = [SX(0)] * sym.system.stops
     pushes: list[SX] = [SX(1)] * sym.system.stops

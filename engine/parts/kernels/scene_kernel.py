@@ -38,7 +38,7 @@ from trunnion.runtime.abi.c_header import number
 from trunnion.runtime.abi.kernel_records import ELEMENT, KERNEL, OUTPUTS, PACE, PAIR, POST, UNILATERAL
 from trunnion.system.signals.excitation_frequencies import frequencies
 from trunnion.system.structure.bodies_and_joints import System
-from trunnion.system.structure.curve_positions import curve_positions
+from trunnion.system.structure.force_curve_positions import curve_positions
 from trunnion.system.structure.loop_friction_operation_count import is_recursion_shorter
 from trunnion.system.structure.loop_joints import rows_of, rubbing_on_loops, rubs
 from trunnion.system.structure.loop_matrix_fill import fill, tables_of

@@ -13,7 +13,7 @@ from trunnion.parts.programs.column_programs import ColumnPrograms
 from trunnion.parts.programs.scaled_reactions import ScaledReactions
 from trunnion.parts.programs.shared_operands import coordinate_rates, element_operands
 from trunnion.system.structure.bodies_and_joints import Device, Joint
-from trunnion.system.structure.curve_positions import fields_with_width, freedoms_with_curves, lines_with_curves
+from trunnion.system.structure.force_curve_positions import fields_with_width, freedoms_with_curves, lines_with_curves
 from trunnion.system.structure.friction_joint_indices import Element, elements
 from trunnion.system.structure.loop_joints import rubbing_on_loops
 from trunnion.system.structure.parameter_table import Leaf

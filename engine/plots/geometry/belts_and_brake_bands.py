@@ -12,7 +12,7 @@ from trunnion.elements.joints import REGISTRY
 from trunnion.elements.joints.declaration_checks import Numeric
 from trunnion.plots.geometry.meshes import Mesh, box, join, placed
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.queries.body_poses import sides_of
+from trunnion.scene.queries.body_poses_and_joint_sides import sides_of
 from trunnion.scene.queries.body_references import body_of
 from trunnion.scene.queries.joint_contact_elements import sizes_given, touching
 from trunnion.scene.queries.wheel_sizes import rolls_of, sizes

@@ -8,7 +8,7 @@ from trunnion.elements.joints import REGISTRY
 from trunnion.plots.geometry.gear_wheels import Wheel
 from trunnion.plots.geometry.meshes import Mesh, box, cylinder, placed, ring
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.queries.body_poses import JointSide, sides_of
+from trunnion.scene.queries.body_poses_and_joint_sides import JointSide, sides_of
 from trunnion.system.construction.cam_profile_spline import closed, profile
 from trunnion.system.construction.joint_frames import frame, matrix
 

@@ -22,7 +22,7 @@ from trunnion.plots.geometry.meshes import SORTED, Grain, Mesh
 from trunnion.plots.geometry.slots import slots
 from trunnion.plots.style.palette import BODIES
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.queries.body_poses import sides_of
+from trunnion.scene.queries.body_poses_and_joint_sides import sides_of
 from trunnion.scene.queries.body_references import GROUND, body_of, point_of
 from trunnion.scene.queries.joint_contact_elements import sizes_given, touching
 from trunnion.scene.queries.packed_surfaces import unpacked

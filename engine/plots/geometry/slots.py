@@ -10,7 +10,7 @@ from trunnion.plots.geometry.cams import mounted
 from trunnion.plots.geometry.gear_wheels import Wheel
 from trunnion.plots.geometry.meshes import Mesh, cylinder, join
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.queries.body_poses import sides_of
+from trunnion.scene.queries.body_poses_and_joint_sides import sides_of
 from trunnion.system.construction.point_curve_spline import along
 
 STATIONS = 8

@@ -164,8 +164,8 @@ static int tr_is_suspect(const tr_sim *s, int i) {
 }
 
 /* Whether a ball's branch of friction may end in the last step (a fold). The multipliers at the end then belong to another branch,
- * so roots inside the step are followed from its start. Returns 0 if a second ball is near its cone: with four roots, the followed
- * root can end in unlimited friction. */
+ * so roots inside the step are followed from its start. Returns 0 if a second ball is near its cone: there may then
+ * be four roots, and friction of the followed root can grow without bound. */
 static int tr_is_fold_possible(const tr_sim *s, int which) {
   if (!(s->step.margin_end > 0.0) || which >= s->k->nsliders || !tr_is_sliding_ball(s, which)) return 0;
   for (int i = 0; i < s->k->nsliders; ++i)

@@ -157,9 +157,9 @@ static tr_point tr_sample_of(const tr_sim *s, const tr_samples *at, int i, int q
   return (tr_point){at->x[q], at->own[q * tr_sample_width(s) + i], at->all[q]};
 }
 
-/* If item i has a positive maximum between points q − 2 and q, narrow the bracket by this maximum. The maximum of the parabola
- * through these points may be wrong by the variation of the parabola. q = 1 means that the search ends at point 1, because another
- * violation is positive there. */
+/* If the violation of item i has a positive maximum between points q − 2 and q, narrow the bracket to this maximum. The parabola
+ * through these points can miss the true maximum by as much as the parabola varies between them. A parabola that is slightly
+ * negative is therefore searched, too. q = 1: the search ends at point 1, where the violation of another item is positive. */
 static void tr_search_item(tr_sim *s, const tr_samples *at, int i, int q, tr_bracket *b) {
   tr_point p[3];
   if (q == 1) {

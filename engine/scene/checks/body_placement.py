@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
-from trunnion.scene.queries.body_poses import has_own_point, place_of, pose_of, poses_of, turns, vector
+from trunnion.scene.queries.body_poses_and_joint_sides import has_own_point, place_of, pose_of, poses_of, turns, vector
 from trunnion.scene.queries.body_references import body_of, is_known, point_of, split
 
 APART = 1e-6

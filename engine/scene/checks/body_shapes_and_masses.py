@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from trunnion.scene.data_classes.bodies import AxialInertia
 from trunnion.scene.data_classes.scene import Body, Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
-from trunnion.scene.queries.body_poses import vector
+from trunnion.scene.queries.body_poses_and_joint_sides import vector
 from trunnion.scene.queries.mass_properties import matrix, principal_moments, volume_and_moments
 from trunnion.scene.queries.packed_surfaces import unpacked
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import AxisAngle, Direction, Joint, Scene, Side
 from trunnion.scene.findings.findings_and_paths import Finding, Path
-from trunnion.scene.queries.body_poses import cross, unit, vector
+from trunnion.scene.queries.body_poses_and_joint_sides import cross, unit, vector
 from trunnion.scene.queries.body_references import axes_of
 
 PARALLEL = 1e-6

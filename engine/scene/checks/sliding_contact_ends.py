@@ -6,7 +6,7 @@ from __future__ import annotations
 from trunnion.elements.joints.cylindrical import CYLINDRICAL
 from trunnion.elements.joints.prismatic import PRISMATIC
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.queries.body_poses import sides_of
+from trunnion.scene.queries.body_poses_and_joint_sides import sides_of
 from trunnion.scene.queries.part_extents import extent
 
 SLIDING = (PRISMATIC.name, CYLINDRICAL.name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from trunnion.scene.data_classes.bodies import AxialInertia, Body, Cylinder, Inertias
-from trunnion.scene.queries.body_poses import vector
+from trunnion.scene.queries.body_poses_and_joint_sides import vector
 
 Triple = tuple[float, float, float]
 Matrix = tuple[Triple, Triple, Triple]

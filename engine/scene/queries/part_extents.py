@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from trunnion.scene.data_classes.scene import Body, Scene
-from trunnion.scene.queries.body_poses import JointSide, vector
+from trunnion.scene.queries.body_poses_and_joint_sides import JointSide, vector
 from trunnion.scene.queries.body_references import GROUND
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from trunnion.scene.data_classes.scene import Joint, Scene
-from trunnion.scene.queries.body_poses import poses_of
+from trunnion.scene.queries.body_poses_and_joint_sides import poses_of
 from trunnion.scene.queries.body_references import point_of
 
 

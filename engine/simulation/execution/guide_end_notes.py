@@ -11,7 +11,7 @@ from trunnion.elements.joints.cylindrical import CYLINDRICAL
 from trunnion.elements.joints.prismatic import PRISMATIC
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.scene.data_classes.scene import Joint, Scene
-from trunnion.scene.queries.body_poses import JointSide, sides_of, vector
+from trunnion.scene.queries.body_poses_and_joint_sides import JointSide, sides_of, vector
 from trunnion.scene.queries.part_extents import extent
 
 SLIDING = (PRISMATIC.name, CYLINDRICAL.name)

@@ -8,7 +8,7 @@ import numpy as np
 
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.data_classes.scene import Side
-from trunnion.scene.queries.body_poses import vector
+from trunnion.scene.queries.body_poses_and_joint_sides import vector
 from trunnion.simulation.execution.failure_diagnosis import loop_joints
 from trunnion.simulation.execution.runnable_model import Model
 from trunnion.simulation.results.outcome import Outcome

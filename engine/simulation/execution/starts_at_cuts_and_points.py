@@ -14,7 +14,7 @@ from trunnion.kernel.interface.output_columns import Column, columns, select
 from trunnion.parts.kernels.scene_kernel import parts_kernel
 from trunnion.scene.data_classes.scene import Joint, Scene, Side
 from trunnion.scene.findings.findings_and_paths import Path, dotted
-from trunnion.scene.queries.body_poses import UPRIGHT
+from trunnion.scene.queries.body_poses_and_joint_sides import UPRIGHT
 from trunnion.scene.queries.cuttable_joints import may_be_cut, tied
 from trunnion.scene.queries.mechanism_without_forces import without_forces
 from trunnion.simulation.execution.assembly_notes import assembly_notes

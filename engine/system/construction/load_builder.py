@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.data_classes.force_field import COMPONENTS
-from trunnion.scene.queries.body_poses import sides_of
+from trunnion.scene.queries.body_poses_and_joint_sides import sides_of
 from trunnion.scene.queries.body_references import named_point, point_of
 from trunnion.scene.queries.mass_properties import mass_properties
 from trunnion.scene.signals.position_formulas import separate

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.queries.body_poses import sides_of
+from trunnion.scene.queries.body_poses_and_joint_sides import sides_of
 from trunnion.scene.queries.body_references import body_of, named_point
 from trunnion.system.construction.device_builder import Builder
 from trunnion.system.construction.spanning_tree import Spanning

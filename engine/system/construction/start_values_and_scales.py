@@ -8,7 +8,7 @@ import numpy as np
 
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.queries.body_poses import poses_of, sides_of
+from trunnion.scene.queries.body_poses_and_joint_sides import poses_of, sides_of
 from trunnion.scene.queries.loads_and_signals import signals
 from trunnion.scene.queries.mass_properties import mass_properties
 from trunnion.scene.signals.declaration import Corner

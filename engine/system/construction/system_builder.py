@@ -10,7 +10,7 @@ from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact.contact_element import OVERLAP
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.queries.body_poses import sides_of
+from trunnion.scene.queries.body_poses_and_joint_sides import sides_of
 from trunnion.scene.queries.body_references import body_of
 from trunnion.scene.queries.mass_properties import mass_properties
 from trunnion.scene.queries.rod_lengths import rod_length

@@ -13,7 +13,7 @@ from trunnion.elements.joints import REGISTRY
 from trunnion.elements.joints.declaration_checks import Numeric
 from trunnion.elements.joints.wheel_pairs import Sizes, phase
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.queries.body_poses import JointSide, sides_of
+from trunnion.scene.queries.body_poses_and_joint_sides import JointSide, sides_of
 from trunnion.scene.queries.body_references import GROUND, body_of
 from trunnion.scene.queries.wheel_sizes import rolls_of, sizes
 from trunnion.system.construction.joint_frames import frame, matrix

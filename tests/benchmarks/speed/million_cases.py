@@ -30,7 +30,7 @@ BARE = 600
 
 
 def bare(of: Plan, workers: int, turn: int) -> tuple[float, float]:
-    """Cases (for each second by the clock, for each processor second) of ``workers`` threads that only step."""
+    """(cases per second of wall time, cases per second of processor time) of ``workers`` threads that only make steps."""
     prepared = []
     for w in range(workers):
         runner = Runner(of)

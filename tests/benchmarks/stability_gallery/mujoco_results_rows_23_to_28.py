@@ -1,4 +1,4 @@
-"""Results of MuJoCo at rows 23 to 28 of the gallery: roots that fold away, shared loads and marginal events."""
+"""Results of MuJoCo at rows 23 to 28 of the gallery: a root that ends at a fold, shared loads, a marginal event, a change point."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 
 from tests.benchmarks.stability_gallery.mujoco_results_rows_1_to_21 import lump, one
 from tests.reference.contact_and_friction.sprung_toggle_press import INERTIA, LINK, MASS, RAM
-from tests.stability.entries.doors_on_hinges import BLOCK, DOOR, MU_TABLE, SPACING, SPRING, G
-from tests.stability.entries.doors_on_hinges import REACH as OUT
+from tests.stability.entries.doors_and_marginal_stop import BLOCK, DOOR, MU_TABLE, SPACING, SPRING, G
+from tests.stability.entries.doors_and_marginal_stop import REACH as OUT
 from tests.stability.entries.self_tightening_brakes import ARM, GRIPS, MU, PRESS, REACH, SPIN
 from tests.stability.entries.toggle_press import CHANGE
 from tests.stability.entries.wishbone_and_platform import lifted, platform

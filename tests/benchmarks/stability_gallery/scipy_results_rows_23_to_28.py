@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
 from tests.benchmarks.stability_gallery.scipy_results_rows_1_to_21 import ours
-from tests.stability.entries.doors_on_hinges import BLOCK, MU_TABLE, SPRING, G, crooked
+from tests.stability.entries.doors_and_marginal_stop import BLOCK, MU_TABLE, SPRING, G, crooked
 from tests.stability.entries.self_tightening_brakes import ARM, GRIPS, LEAVES, MU, PRESS, REACH
 from tests.stability.entries.toggle_press import folding
 from tests.stability.entries.wishbone_and_platform import lifted, platform

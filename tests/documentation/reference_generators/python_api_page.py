@@ -10,8 +10,8 @@ from typing import Any
 
 HEAD = """# Python API
 
-Everything here is imported from `trunnion`; importing it loads nothing else. Numbers are SI unless a unit is given (`"10 ms"`).
-Times are s, lengths m, angles rad.
+Import all names on this page from `trunnion`. The first use of a name loads its module; `import trunnion`
+itself loads no other module of the program. Numbers are SI unless a unit is given (`"10 ms"`). Times are s, lengths m, angles rad.
 """
 
 

@@ -13,7 +13,7 @@ from tests.reference.mechanics.bodies_and_joint_frames import part
 from tests.reference.scenes.frame_changes import scaled_load, triple
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.queries.body_poses import turns, vector
+from trunnion.scene.queries.body_poses_and_joint_sides import turns, vector
 from trunnion.scene.queries.numbers_by_path import unit_of
 
 POWERS = {"kg": (0, 1, 0), "m": (1, 0, 0), "s": (0, 0, 1), "N": (1, 1, -2), "J": (2, 1, -2), "W": (2, 1, -3), "Hz": (0, 0, -1)}

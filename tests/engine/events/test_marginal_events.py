@@ -9,7 +9,7 @@ import pytest
 
 from tests.engine.checks.random_run_laws import time_scale
 from tests.reference.scenes.random_friction_scenes import rubbing
-from tests.stability.entries.doors_on_hinges import settling
+from tests.stability.entries.doors_and_marginal_stop import settling
 from tests.stability.entries.rest_and_dead_centres import ratchet
 from trunnion.simulation.results.csv_and_parquet import load_result_table
 from trunnion.simulation.run import simulate

@@ -14,7 +14,7 @@ from tests.scene.valid_scene import problems_of
 from trunnion.cli import main
 from trunnion.scene import load_scene, scene_from_dict, scene_to_yaml
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.queries.body_poses import pose_of
+from trunnion.scene.queries.body_poses_and_joint_sides import pose_of
 
 ROUNDING = 1e-14  # round-off of positions of about 1 m after a few rotations
 POINTS = {"a": [0, 0, 0], "b": [0.3, 0.2, 0], "c": [0.9, 0, 0.1]}

@@ -82,7 +82,7 @@ def test_leases_are_renewed_while_many_pieces_are_seen_to(many: Any, clock: Cloc
     times = [began, *clock.renewed, clock.now]
     # the limit is a third of the lease, plus the work that began before its end
     assert max(b - a for a, b in pairwise(times)) <= LEASE / 3 + 1.0
-    assert jobs.claimed == began  # a job that arrives during this work is not skipped
+    assert jobs.claimed == began  # renewals leave ``claimed``, so the next turn starts jobs leased meanwhile
 
 
 def test_a_lease_that_is_lost_while_its_job_is_taken_over_drops_this_job_only() -> None:
