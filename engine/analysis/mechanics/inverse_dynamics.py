@@ -107,7 +107,7 @@ def _curves(scene: sm.Scene, t: np.ndarray, motion: Mapping[str, Any]) -> dict[F
             problems.append(Problem(f"motion.{name}", "is not a coordinate, rate or acceleration of a joint", "such as arm.q[1]"))
             continue
         kind, k = REGISTRY[scene.joints[joint].type], int(number) - 1
-        if not 0 <= k < kind.nv or kind.coordinate_of(k) < 0:
+        if not kind.can_be_prescribed(k):
             problems.append(Problem(f"motion.{name}", f"no such freedom of a {kind.name} joint can be prescribed"))
         elif np.shape(values) != t.shape:
             problems.append(Problem(f"motion.{name}", f"{len(np.ravel(values))} values for {t.size} times"))

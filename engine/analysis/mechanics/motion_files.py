@@ -34,6 +34,6 @@ def read_motion(file: str, scene: Scene, only: Sequence[str] = ()) -> tuple[np.n
         if match is None or joint is None or (only and match["joint"] not in only):
             continue
         kind, k = REGISTRY[joint.type], int(match["freedom"]) - 1
-        if 0 <= k < kind.nv and kind.coordinate_of(k) >= 0:
+        if kind.can_be_prescribed(k):
             motion[name] = values[:, i]
     return values[:, names.index("time")], motion

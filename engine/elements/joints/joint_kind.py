@@ -209,6 +209,10 @@ class JointKind:
         """Whether a freedom is a rotation (rad) and not a travel (m). The freedom of a screw counts as a rotation."""
         return self.axes[rate][0].rot
 
+    def can_be_prescribed(self, rate: int) -> bool:
+        """Whether a motion can be prescribed along the freedom with this rate."""
+        return not self.bodiless and 0 <= rate < self.nv and self.coordinate_of(rate) >= 0
+
     def coordinate_of(self, rate: int) -> int:
         """Index in q of the coordinate whose derivative is this rate. −1 if there is none (quaternion, sliding along a cam)."""
         return rate if rate < (self.nq if self.quaternion < 0 else self.quaternion) else -1

@@ -10,7 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.reference.scenes.random_device_scenes import crossed
 from trunnion import SceneError, inverse, load_scene, simulate
+from trunnion.analysis.mechanics.motion_files import read_motion
 from trunnion.cli import main
 from trunnion.scene.data_classes import scene as sm
 
@@ -130,6 +132,20 @@ def test_the_command_reads_what_a_run_wrote_and_any_table(tmp_path: Path) -> Non
     body = "\n".join(f"{t},{0.1 * t**2}" for t in times)
     plain.write_text(f"time,pivot.q[1]\n{body}\n")
     assert main(["inverse", "simple_pendulum", "--motion", str(plain)]) == 0
+
+
+def test_wheel_pairs_and_other_joints_without_a_body_have_no_motion_of_their_own(tmp_path: Path) -> None:
+    """A run writes their coordinates, too. They follow from the other joints."""
+    scene, table = crossed("gear_trains", 3), tmp_path / "motion.csv"
+    r = simulate(scene, until=0.02, every=0.005, rtol=1e-10)
+    r.save(table)
+    time, motion = read_motion(str(table), scene)
+    assert {n.split(".")[0] for n in motion} == {"r0", "r1", "r2", "free"}
+    found = inverse(scene, time, motion)
+    assert not found.missing
+    assert np.isfinite(found["g0.contact[1].normal_force"]).all()
+    with pytest.raises(SceneError, match=r"motion\.g0\.q\[1\]: no such freedom of a gear joint can be prescribed"):
+        inverse(scene, time, motion | {"g0.q[1]": r["g0.q[1]"]})
 
 
 def test_every_mistake_in_a_motion_is_reported() -> None:
