@@ -20,6 +20,7 @@ from trunnion.scene.queries.unilateral_joints import refuse_unilateral
 from trunnion.scene.units.python_arguments import Names
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import OK, Settings
+from trunnion.system.construction.spanning_tree import closing_joints
 from trunnion.system.construction.start_values_and_scales import Numbers
 
 DEGREE = 5
@@ -120,6 +121,8 @@ def _curves(scene: sm.Scene, t: np.ndarray, motion: Mapping[str, Any]) -> dict[F
             problems.append(Problem(f"motion.{joint}.q[{k + 1}]", f"a curve needs at least {DEGREE + 1} times, not {len(t)}"))
     if not given and not problems:
         problems.append(Problem("motion", "no freedom is prescribed", "for example {'arm.q[1]': …}"))
+    for joint in closing_joints(scene, {name for name, _ in given}):
+        problems.append(Problem(f"motion.{joint}", "all joints of its loop are prescribed", "leave this joint out: it follows"))
     raise_problems(problems)
     return {freedom: _completed(t, have) for freedom, have in given.items()}
 

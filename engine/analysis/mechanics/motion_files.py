@@ -11,6 +11,7 @@ from trunnion.basics.errors import Problem, SceneError
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.results.user_table_reader import read_user_table
+from trunnion.system.construction.spanning_tree import closing_joints
 
 COLUMN = re.compile(r"(?P<joint>.+)\.(q|qd|qdd)\[(?P<freedom>\d+)\]")
 
@@ -19,8 +20,8 @@ def read_motion(file: str, scene: Scene, only: Sequence[str] = ()) -> tuple[np.n
     """Read a motion from a result table, or from a CSV file with column names. Returns the times (n), s, and the coordinates,
     rates and accelerations (n) by column name.
 
-    only: joints to read; default: all joints with columns of freedoms that can be prescribed. Raises SceneError for an unusable
-    file.
+    only: joints to read; default: all joints with columns of freedoms that can be prescribed. In a loop, one joint is left out, and
+    follows. Raises SceneError for an unusable file.
     """
     names, values = read_user_table(file, "--motion")
     if "time" not in names:
@@ -36,4 +37,7 @@ def read_motion(file: str, scene: Scene, only: Sequence[str] = ()) -> tuple[np.n
         kind, k = REGISTRY[joint.type], int(match["freedom"]) - 1
         if kind.can_be_prescribed(k):
             motion[name] = values[:, i]
+    if not only:
+        closing = closing_joints(scene, {n.rpartition(".")[0] for n in motion})
+        motion = {n: column for n, column in motion.items() if n.rpartition(".")[0] not in closing}
     return values[:, names.index("time")], motion

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import heapq
+from collections.abc import Collection
+from dataclasses import replace
 
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.joints import REGISTRY
-from trunnion.scene.data_classes.scene import Joint, Scene
+from trunnion.scene.data_classes.scene import Constant, Drive, Joint, Scene
 from trunnion.scene.queries.body_references import body_of
 from trunnion.scene.queries.cuttable_joints import may_be_cut, tied
 from trunnion.scene.queries.mass_properties import mass_properties
@@ -31,19 +33,26 @@ class Spanning:
 def cutting_cost(j: Joint, light: bool, tied: bool = False) -> tuple[int, int]:
     """The cost of cutting a joint, a tuple that compares lexicographically.
 
-    The first entry adds up the reasons against a cut. Two facts exclude a cut: the joint's type, and ``tied`` (the joint follows or
-    leads another joint). Reasons against a cut are the scene's key ``cut``, a light body, devices, and forces that depend on an
-    angle. (The angle of a cut joint is measured within ±π; outside this range, these forces would be wrong.) The second entry
-    counts friction, given start values and new multipliers. A spherical joint is the best cut: it adds only three multipliers and
-    saves a quaternion."""
+    The first entry adds up the reasons against a cut. Three facts exclude a cut: most of all the joint's type, then a drive or
+    rotor, and ``tied`` (the joint follows or leads another joint). Reasons against a cut are the scene's key ``cut``, a light body,
+    devices, and forces that depend on an angle. (The angle of a cut joint is measured within ±π; outside this range, these forces
+    would be wrong.) The second entry counts friction, given start values and new multipliers. A spherical joint is the best cut: it
+    adds only three multipliers and saves a quaternion."""
     kind = REGISTRY[j.type]
-    never = 0 if may_be_cut(j) and not tied else 16
+    never = 0 if may_be_cut(j) and not tied else 16 if kind.cuttable else 32
     devices = sum(getattr(j, d) is not None for d in DEVICES)
     wish = {None: 0, True: -8, False: 8}[j.cut]
     soft = (2 if j.friction else 0) + (3 if j.start is not None else 0)
     by_angle = 12 if any(map(kind.turns, range(kind.nv))) and any(getattr(j, d) is not None for d in BY_ANGLE) else 0
     first = never + by_angle + wish + (3 if light else 0) + min(devices, 2)
     return (first, 2 * kind.rows + soft - (4 if kind.quaternion >= 0 else 0))
+
+
+def closing_joints(scene: Scene, prescribed: Collection[str]) -> list[str]:
+    """Those prescribed joints whose motion follows, because all other joints of a loop are prescribed, too."""
+    moves = Drive(constant=Constant(0.0))
+    driven = replace(scene, joints={n: replace(j, drive=moves) if n in prescribed else j for n, j in scene.joints.items()})
+    return [n for n in span(driven).cut if n in prescribed]
 
 
 def light_bodies(scene: Scene) -> set[str]:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tests.reference.scenes.random_device_scenes import crossed
+from tests.scalable_mechanisms import n_four_bar
 from trunnion import SceneError, inverse, load_scene, simulate
 from trunnion.analysis.mechanics.motion_files import read_motion
 from trunnion.cli import main
@@ -146,6 +147,18 @@ def test_wheel_pairs_and_other_joints_without_a_body_have_no_motion_of_their_own
     assert np.isfinite(found["g0.contact[1].normal_force"]).all()
     with pytest.raises(SceneError, match=r"motion\.g0\.q\[1\]: no such freedom of a gear joint can be prescribed"):
         inverse(scene, time, motion | {"g0.q[1]": r["g0.q[1]"]})
+
+
+@pytest.mark.parametrize("made", [n_four_bar(1), crossed("screws_in_loops", 3)], ids=lambda s: s.name)
+def test_a_table_of_a_run_prescribes_all_joints_of_a_loop_but_one(made: sm.Scene, tmp_path: Path) -> None:
+    table = tmp_path / "motion.csv"
+    r = simulate(made, until=0.02, every=0.005)
+    r.save(table)
+    time, motion = read_motion(str(table), made)
+    assert not inverse(made, time, motion).missing
+    every = {n: r[n] for n in r.names if n.endswith(".q[1]") and n.split(".")[0] in made.joints}
+    with pytest.raises(SceneError, match="all joints of its loop are prescribed"):
+        inverse(made, time, every)
 
 
 def test_every_mistake_in_a_motion_is_reported() -> None:
