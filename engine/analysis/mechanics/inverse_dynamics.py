@@ -18,6 +18,8 @@ from trunnion.scene.queries.joint_contact_elements import touching
 from trunnion.scene.queries.loads_and_signals import each
 from trunnion.scene.queries.unilateral_joints import refuse_unilateral
 from trunnion.scene.units.python_arguments import Names
+from trunnion.simulation.execution.undetermined_reactions import open_reactions
+from trunnion.simulation.results.redundant_reactions import redundancy_notes
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import OK, Settings
 from trunnion.system.construction.spanning_tree import closing_joints
@@ -42,6 +44,7 @@ class InverseDynamics:
         units: units of the c columns.
         values: values (n × c) in these units; NaN at times at which the pose or its forces have no solution.
         missing: one text for each time without a solution, with the reason.
+        notes: reactions and efforts that are not unique at the first time with a solution.
     """
 
     time: np.ndarray
@@ -49,6 +52,7 @@ class InverseDynamics:
     units: tuple[str, ...]
     values: np.ndarray
     missing: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Values of a column (n)."""
@@ -58,7 +62,7 @@ class InverseDynamics:
         """The data of this object as plain lists and numbers."""
         return {
             "time": self.time.tolist(), "names": list(self.names), "units": list(self.units), "values": self.values.tolist(),
-            "missing": list(self.missing),
+            "missing": list(self.missing), "notes": list(self.notes),
         }  # fmt: skip
 
 
@@ -175,7 +179,7 @@ def _rows(model: Model, t: np.ndarray, curves: Mapping[Freedom, np.ndarray]) -> 
         ramp = f"joints.{name}.drive{f'[{k + 1}]' if several else ''}.ramp"
         places[freedom] = [table.paths.index(f"{ramp}.{n}") for n in ("begin", "origin", "start", "end")]
     numbers, parameters = model.built.numbers, np.array(table.values)
-    values, missing = np.full((len(t), len(model.columns)), np.nan), []
+    values, missing, notes = np.full((len(t), len(model.columns)), np.nan), list[str](), list[str]()
     nq, pose, rate, before = len(numbers.q), numbers.q, np.zeros_like(numbers.q), t[0]
     for row in range(len(t)):
         now, spell = t[row], t[row] - before
@@ -192,13 +196,16 @@ def _rows(model: Model, t: np.ndarray, curves: Mapping[Freedom, np.ndarray]) -> 
             status, out = _instant(model, replace(numbers, q=led), parameters, now)
             found, rate_now = model.block.y[:nq].copy(), model.block.evaluate()[0][:nq]
         if status == OK:
+            if np.isnan(values).all():
+                notes = redundancy_notes(open_reactions(model, Settings(rtol=1e-9)))
             values[row] = out[1:]
         else:
             missing.append(f"t = {now:g} s: the forces have no solution (runtime status {status})")
         pose, rate, before = found, rate_now, now
     if np.isnan(values).all():
         raise SimulationError(f"there is no solution at any time; first failure: {missing[0]}")
-    return InverseDynamics(t, tuple(c.name for c in model.columns), tuple(c.unit for c in model.columns), values, tuple(missing))
+    names, units = tuple(c.name for c in model.columns), tuple(c.unit for c in model.columns)
+    return InverseDynamics(t, names, units, values, tuple(missing), tuple(notes))
 
 
 def _instant(model: Model, numbers: Numbers, parameters: np.ndarray, now: float) -> tuple[int | None, np.ndarray]:

@@ -53,4 +53,5 @@ def command(
     finite = ([v for v in result[n] if v == v] or [math.nan] for n in result.names)
     rows = [(n, u, number(min(x)), number(max(x))) for n, u, x in zip(result.names, result.units, finite, strict=True)]
     lines = [f"{loaded.name}, {len(result.time)} instants", *table(("column", "unit", "least", "largest"), rows)]
-    return print_answer(as_json, DONE, result.document(), [*lines, *result.missing[:MOST_MISSING]], [path])
+    lines += [*result.missing[:MOST_MISSING], *(f"note: {n}" for n in result.notes)]
+    return print_answer(as_json, DONE, result.document(), lines, [path])

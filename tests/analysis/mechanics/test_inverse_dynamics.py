@@ -135,6 +135,11 @@ def test_the_command_reads_what_a_run_wrote_and_any_table(tmp_path: Path) -> Non
     assert main(["inverse", "simple_pendulum", "--motion", str(plain)]) == 0
 
 
+def _rest(motion: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The rates and accelerations of the first wheel, and the motion of the flywheel, which is on no loop."""
+    return {n: x for n, x in motion.items() if n in ("r0.qd[1]", "r0.qdd[1]") or n.startswith("free.")}
+
+
 def test_wheel_pairs_and_other_joints_without_a_body_have_no_motion_of_their_own(tmp_path: Path) -> None:
     """A run writes their coordinates, too. They follow from the other joints."""
     scene, table = crossed("gear_trains", 3), tmp_path / "motion.csv"
@@ -145,6 +150,8 @@ def test_wheel_pairs_and_other_joints_without_a_body_have_no_motion_of_their_own
     found = inverse(scene, time, motion)
     assert not found.missing
     assert np.isfinite(found["g0.contact[1].normal_force"]).all()
+    assert any("the drives share a load arbitrarily: r0.drive.effort[1], r1" in n for n in found.notes)
+    assert not any("arbitrarily" in n for n in inverse(scene, time, {"r0.q[1]": motion["r0.q[1]"]} | _rest(motion)).notes)
     with pytest.raises(SceneError, match=r"motion\.g0\.q\[1\]: no such freedom of a gear joint can be prescribed"):
         inverse(scene, time, motion | {"g0.q[1]": r["g0.q[1]"]})
 
