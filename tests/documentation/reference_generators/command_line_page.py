@@ -6,8 +6,11 @@ from typing import Any
 
 HEAD = """# Command line
 
-`trunnion COMMAND --help` prints the same text. Exit codes: 0 done, 1 ended with a diagnosis, 2 wrong use.
+`trunnion COMMAND --help` prints the same text. Exit codes: 0 done, 1 ended with a diagnosis, 2 wrong use. Every command also has
+the option `-v`, `--verbose`: it prints the log to standard error, with the details of internal errors.
 """
+COMMON = "verbose"
+"""The option of every command. The head of the page describes this option once."""
 
 
 def page_text() -> str:
@@ -29,12 +32,13 @@ def help_text() -> str:
 
 
 def section(name: str, command: Any) -> str:
-    """One command: usage, help, and a table of its options."""
+    """One command: usage, help, and a table of its own options."""
     shown = [p for p in command.params if not p.hidden]
     arguments = [p for p in shown if p.param_type_name == "argument"]
     usage = " ".join([name, *(a.metavar if a.required else f"[{a.metavar}]" for a in arguments), "[OPTIONS]"])
-    rows = "".join(row(p) for p in shown if p.param_type_name == "option")
-    return f"## `{name}`\n\n{command.help.strip()}\n\n```text\n{usage}\n```\n\n| option | value | meaning |\n|---|---|---|\n{rows}"
+    rows = "".join(row(p) for p in shown if p.param_type_name == "option" and p.name != COMMON)
+    table = f"\n| option | value | meaning |\n|---|---|---|\n{rows}" if rows else ""
+    return f"## `{name}`\n\n{command.help.strip()}\n\n```text\n{usage}\n```\n{table}"
 
 
 def row(option: Any) -> str:
