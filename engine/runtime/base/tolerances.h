@@ -59,6 +59,8 @@
  * < TOL_RELEASE prevents a decision that causes a new event at once. */
 #define TOL_RESOLVE 1e-11 /* × the friction ratio; for accelerations × length · rate²: tolerance of decisions */
 #define TOL_RELEASE 1e-10 /* × the friction ratio: excess over the capacity at which a held pair is released */
+/* × the distance of a maximum from release: if an iteration changes the maximum by less, it does not reach release */
+#define TOP_SURE 0.01
 #define TOL_CONE 1e-10    /* s²/|ω|²: tolerance of the border between a sliding and a spinning ball */
 #define TOL_KINK 1e-9     /* × the kink speed: tolerance of the crossing of the kink */
 #define TOL_STOP 1e-12    /* m or rad: depth tolerance of the contact of a stop */
