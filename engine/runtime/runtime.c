@@ -80,6 +80,7 @@ TR_OFTEN
 #include "events/sliding_direction_turns.c"
 #include "events/event_outcome_margin.c"
 #include "events/violation_maxima_in_step.c"
+#include "events/capacity_dips_in_step.c"
 #include "events/unilateral_event_location.c"
 #include "events/event_location.c"
 TR_RARE

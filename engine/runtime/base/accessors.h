@@ -10,6 +10,9 @@
 #include "base/vectors.h"
 #include "tr_tables.h"
 
+/* Number of stages of a step whose reserves are recorded: all of them, and its end. */
+enum { TR_RECORDS = TR_STAGES + 1 };
+
 /* Kinds of equation that determine a multiplier. LAW: the friction law. REST: zero acceleration of a held pair. FREE: friction
  * zero, because loops prescribe the motion. SHARE: a share of the load of a group (pairs at rest among which statics does not
  * determine the load). STORED: a stored load. FULL: the capacity of a held pair that yields. */

@@ -31,7 +31,7 @@ static int tr_lay_out(tr_sim *s, int ntable) {
   TR_PLACE(Q, e * (1 + e)); TR_PLACE(row_kind, e); TR_PLACE(leaders, 2 * e); TR_PLACE(share, e);
   TR_PLACE(pair_class, pairs); TR_PLACE(past_speeds, TR_PAST_ENDS * pairs); TR_PLACE(stopping, pairs); TR_PLACE(class_rates, e); TR_PLACE(impending, k->nrates); TR_PLACE(impending_law, e); TR_PLACE(impending_dlaw, k->ndn);
   TR_PLACE(hold, TR_DOUBLES(tr_hold) * pairs); TR_PLACE(dhold, k->nn * 3); TR_PLACE(lever, e); TR_PLACE(capture_tried, pairs); TR_PLACE(speed_errors, 2 * pairs);
-  TR_PLACE(violations, 3 * (pairs + k->nstops));
+  TR_PLACE(violations, 3 * (2 * pairs + k->nstops)); TR_PLACE(reserves, TR_RECORDS * (1 + pairs));
   const int along = k->begin != 0;
   TR_PLACE(yeval, along * n); TR_PLACE(dyeval, n); TR_PLACE(end_acc, along * 2 * (e + a)); TR_PLACE(moves, along * e); TR_PLACE(dlaw, along * k->ndn);
   TR_PLACE(pivots, along * (k->nbodies + (a ? k->nelements + 2 * a : 0))); TR_PLACE(less, along * (a + e)); TR_PLACE(borne, along * (a + e));

@@ -61,8 +61,10 @@ typedef struct tr_stepping {
   int recursive;       /* whether the solution was found without maps; `acc` and NN then belong to the solution */
   int loads_known;     /* whether the loads that follow the multipliers in z are known (tr_stored_loads) */
   int watch;           /* whether tr_rhs calls tr_update_extremes at each stage */
+  int recorded;        /* number of stages in `reserves` */
   int failure;         /* status of the last failed evaluation or projection */
   int stiff_count, nonstiff_count, kink_count; /* consecutive steps that favour a change of method (tr_choose_method) */
+  const char *only;    /* marks of the pairs whose violations a search counts; null pointer: all pairs and stops */
   double *stage_z;     /* array of the host (TR_STAGES × nz) that receives the multipliers at each row of K; null pointer: none */
   double *begin_x;     /* array of the host (nx) that receives the external values at the start of the step; null pointer: none */
   double *impacts;     /* array of the host (tr_impact_length) that receives the impact at the end of the step; null pointer: none */
@@ -258,7 +260,9 @@ typedef struct tr_places {
   int past_speeds, stopping; /* speeds at the ends of the last steps; int for each pair: whether it stops with the captured pair */
   int lever, capture_tried; /* levers of the multipliers; for each pair: speed at the last failed capture, m/s */
   int speed_errors; /* speed errors of each pair, m/s: of the last trial step, then sums over all steps */
-  int violations;   /* violations of pairs and stops: present, at the start of the step, at the end of the step */
+  /* violations of pairs and stops, then reserves of pairs at rest: present, at the start of the step, at the end of the step */
+  int violations;
+  int reserves;     /* for each recorded stage of a step: its time, s, then the reserve of each pair at rest (tr_reserve) */
   int contacts, contact_peaks; /* contacts at the last accepted state; peak force of each contact, N, decaying with time */
   int indicators, end_speed, saved_modes; /* model exchange: indicators, counts; speeds at the end of sliding; old modes */
   int touch, raw_rows; /* tr_touch of each joint that only pushes; rows of these joints as the kernel wrote them */

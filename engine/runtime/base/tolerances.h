@@ -69,6 +69,9 @@
 /* relative to the friction ratio; for accelerations, in units of length · rate²: tolerance of decisions */
 #define TOL_RESOLVE 1e-11
 #define TOL_RELEASE 1e-10 /* relative to the friction ratio: excess over the capacity at which a held pair is released */
+/* relative to the distance of a maximum from release: if an iteration changes the maximum by less, the maximum does not reach
+ * release */
+#define TOP_SURE 0.01
 #define TOL_CONE 1e-10    /* tolerance of the distance s²/|ω|² at the border between a sliding and a spinning ball */
 #define TOL_KINK 1e-9     /* relative to the kink speed: tolerance of the speed at which a pair crosses its kink */
 #define TOL_STOP 1e-12    /* m or rad: tolerance of the depth at which a stop touches */

@@ -18,10 +18,10 @@ static inline int tr_has_lane(const tr_sim *s) {
 }
 
 /* Update the extremes of each pair over the stages of a step. The recorded quantity is the distance of the speed from the kink, or
- * the violation of a set-valued mode. Requires a solution. */
+ * the violation of a set-valued mode. Also records the reserves of pairs at rest. Requires a solution. */
 static void tr_update_extremes(tr_sim *s);
 
-/* Reset the extremes and the smallest independence for a new step. */
+/* Reset the extremes, the recorded reserves and the smallest independence for a new step. */
 static void tr_clear_extremes(tr_sim *s);
 
 /* Evaluate ẏ at (t, y) in the modes in force. Returns 0 if no multipliers are found; step.failure then contains the reason. */

@@ -22,6 +22,9 @@
 #define NO_ROW 1e-30        /* if the sum of squared effects of unit changes on a row is smaller, no freedom changes the row */
 #define NO_LEVER 1e-12      /* relative to the length scale, or rad: a smaller effect of a unit change on a row is round-off */
 #define ROW_DEPENDS 1e-10   /* relative to a row's scale: largest pivot of a dependent row */
+/* relative to the number of rows: largest pivot that only round-off causes. Far from closed loops, pivots between this and ROW_DEPENDS
+ * belong to nearly singular poses (links nearly in line), where a small change of an angle decides to which side the loop closes. */
+#define ROW_ROUND_OFF 1e-15
 #define TIGHT_LAST 4e-15    /* relative to the largest coordinate, in rad or lengths: round-off of this coordinate */
 #define TIGHT_MOST 5e-9     /* largest tolerance of closed loops; below the gap that later checks call open */
 #define CLOSE_STEPS 200     /* largest number of Newton steps; far from the solution, steps are shortened */
@@ -103,8 +106,9 @@ static void tr_constraint_jacobian(tr_sim *s, double *y, double *G) {
   memcpy(y + k->nq, v, sizeof(double) * k->nv);
 }
 
-/* delta = W²Gᵀ (G W² Gᵀ)⁺ b: the smallest weighted change that removes the residual b. W = diag(weight), with nv entries. */
-static void tr_least_change(tr_sim *s, const double *G, const double *weight, const double *b, double *delta) {
+/* delta = W²Gᵀ (G W² Gᵀ)⁺ b: the smallest weighted change that removes the residual b. W = diag(weight), with nv entries. far:
+ * whether rows are dependent only by round-off (ROW_ROUND_OFF). */
+static void tr_least_change(tr_sim *s, const double *G, const double *weight, const double *b, int far, double *delta) {
   const tr_kernel *k = s->k;
   int n = k->rows;
   double *A = TR_A(s, jw), *L = A + n * n, d[n], x[n];
@@ -121,6 +125,9 @@ static void tr_least_change(tr_sim *s, const double *G, const double *weight, co
   }
   for (int i = 0; i < n; ++i) d[i] = A[i + n * i] > NO_ROW ? 1.0 / sqrt(A[i + n * i]) : 0.0;
   int rank = tr_cholesky(n, A, d, L, perm, 0, ROW_DEPENDS, ROW_DEPENDS);
+  double left = 0.0;
+  for (int i = rank; i < n; ++i) left = fmax(left, L[i + i * n]);
+  if (far && left > n * ROW_ROUND_OFF) rank = tr_cholesky(n, A, d, L, perm, 0, n * ROW_ROUND_OFF, n * ROW_ROUND_OFF);
   tr_cholesky_solve(n, rank, L, perm, d, b, x);
   for (int q = 0; q < k->nv; ++q) {
     double a = 0.0;
@@ -186,7 +193,7 @@ static int tr_close_positions(tr_position_search *c, double *y, int longer) {
     best = fmin(best, now);
     tr_constraint_jacobian(s, y, c->G);
     for (int i = 0; i < k->rows; ++i) b[i] = -h[i];
-    tr_least_change(s, c->G, c->weight, b, dv);
+    tr_least_change(s, c->G, c->weight, b, now > FEW_DIGITS, dv);
     const double part = tr_step_part(c, y, dv, now, longer);
     memcpy(from, y, sizeof(double) * s->ny);
     tr_move_positions(s, from, dv, part, y);
@@ -280,7 +287,7 @@ static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiv
       if (tr_largest_residual(s, h, 1) <= RATES_CLOSED) return 1;
       if (!formed) tr_constraint_jacobian(s, y, G), formed = 1;
       for (int i = 0; i < k->rows; ++i) b[i] = -h[k->rows + i];
-      tr_least_change(s, G, weight, b, dv);
+      tr_least_change(s, G, weight, b, 0, dv);
       for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
     }
     tr_evaluate_closure(s, y, h);

@@ -2,9 +2,18 @@
  * 2. */
 #include "evaluate/evaluate.h"
 
+/* Record the present reserves of pairs at rest. Requires capacities. */
+static void tr_record_reserves(tr_sim *s) {
+  const int n = s->k->nsliders;
+  if (s->step.recorded >= TR_RECORDS) return;
+  double *to = TR_A(s, reserves) + s->step.recorded++ * (1 + n);
+  to[0] = tr_moment_of(s)->t;
+  for (int i = 0; i < n; ++i) to[1 + i] = tr_is_stuck(s, i) ? tr_reserve(s, i) : NAN;
+}
+
 static void tr_update_extremes(tr_sim *s) {
   double *lo = TR_A(s, smin), *hi = TR_A(s, smax);
-  if (s->friction.held) tr_evaluate_capacities_at_solution(s);
+  if (s->friction.held) tr_evaluate_capacities_at_solution(s), tr_record_reserves(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (tr_is_set_valued(s, i)) {
       double v = tr_set_valued_violation(s, i);
@@ -23,7 +32,7 @@ static void tr_update_extremes(tr_sim *s) {
 }
 
 static void tr_clear_extremes(tr_sim *s) {
-  s->loops.least = INFINITY;
+  s->loops.least = INFINITY, s->step.recorded = 0;
   for (int i = 0; i < s->k->nsliders; ++i) TR_A(s, smin)[i] = INFINITY, TR_A(s, smax)[i] = -INFINITY;
 }
 

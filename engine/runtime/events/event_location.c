@@ -173,11 +173,30 @@ static int tr_is_fold_possible(const tr_sim *s, int which) {
   return 1;
 }
 
+/* The bracket of the first root up to point q, from maxima between points q − 2 and q, and from point q itself. Each violation is
+ * searched by itself, because the largest of all has kinks, where a parabola finds no maximum. */
+static tr_bracket tr_bracket_first_root(tr_sim *s, const tr_samples *at, int q, int first, int worst) {
+  tr_bracket b = {.left = {q > first ? at->x[q - 1] : 0.0, NAN, q > first ? at->all[q - 1] : -1.0}, .right = {NAN, NAN, NAN}, .which = worst};
+  if (at->all[q] > 0.0) b.right = (tr_point){at->x[q], NAN, at->all[q]};
+  b.begin = b.left;
+  if (!at->between || q < 1 || (q == 1 && !(at->all[1] > 0.0))) return b;
+  tr_bracket before = b;
+  if (q > 1) before.begin = before.left = (tr_point){at->x[q - 2], NAN, at->all[q - 2]};
+  for (int i = 0; i < tr_sample_width(s); ++i) {
+    const int index = i < at->watched ? i : i - at->watched;
+    if (at->suspect[index] && (i < at->watched || at->suspect[index] == TR_BY_SIDES)) tr_search_item(s, at, i, q, &before);
+  }
+  for (int i = 0; i < s->k->nsliders && q > 1 && !s->bound.evaluations; ++i)
+    if (at->suspect[i] && tr_is_stuck(s, i)) tr_search_dips(s, at, i, q, &before);
+  return before.right.x < at->x[q] ? before : b;
+}
+
 static int tr_search_step(tr_sim *s, const char *suspect, int *which, double *theta) {
   const int nz = tr_z_length(s), samples = tr_sample_count(s), last = *which;
   double x[TR_SAMPLES + 1], g[TR_SAMPLES + 1], own[(TR_SAMPLES + 1) * tr_sample_width(s)], followed[nz + 1];
+  double reserve[(TR_SAMPLES + 1) * s->k->nsliders + 1];
   double *near = tr_is_fold_possible(s, *which) ? followed : 0;
-  tr_samples at = {suspect, tr_watched_count(s), 0, 0, x, g, own};
+  tr_samples at = {suspect, tr_watched_count(s), 0, 0, x, g, own, reserve};
   for (int i = 0; suspect && i < at.watched; ++i) {
     at.between |= suspect[i] && (s->k->sets || i >= s->k->nsliders), at.sided |= suspect[i] == TR_BY_SIDES;
   }
@@ -217,6 +236,7 @@ static int tr_mark_suspect_pairs(tr_sim *s, char *suspect) {
     any |= suspect[i] = tr_is_suspect(s, i);
     varies |= tr_has_varying_load(s, i);
   }
+  any |= tr_mark_dips(s, suspect);
   if (!varies) return any;
   tr_evaluate_opposite_capacities(s, opposite);
   for (int i = 0; i < pairs; ++i) {

@@ -23,10 +23,13 @@ static void tr_add_speed_errors(tr_sim *s) {
   for (int i = 0; i < s->k->nsliders && s->k->sets; ++i) sum[i] = hypot(sum[i], trial[i]);
 }
 
-static double *tr_violations_at(const tr_sim *s, int when) { return TR_A(s, violations) + when * tr_watched_count(s); }
+static double *tr_violations_at(const tr_sim *s, int when) { return TR_A(s, violations) + when * (tr_watched_count(s) + s->k->nsliders); }
+
+/* Reserves of the pairs at rest; NaN for other pairs. */
+static double *tr_reserves_at(const tr_sim *s, int when) { return tr_violations_at(s, when) + tr_watched_count(s); }
 
 static void tr_copy_violations(tr_sim *s, int from, int when) {
-  tr_copy(tr_watched_count(s), tr_violations_at(s, from), tr_violations_at(s, when));
+  tr_copy(tr_watched_count(s) + s->k->nsliders, tr_violations_at(s, from), tr_violations_at(s, when));
   if (when == TR_AT_START) s->step.far_known = 1;
 }
 

@@ -57,7 +57,7 @@ static int tr_release_left_lines(tr_sim *s);
 /* Add the speed errors of the accepted step to the accumulated speed errors of the pairs, as a root sum of squares. */
 static void tr_add_speed_errors(tr_sim *s);
 
-/* Copy the violations of state `from` to state `when` (TR_NOW, TR_AT_START, TR_AT_END). */
+/* Copy the violations and reserves of state `from` to state `when` (TR_NOW, TR_AT_START, TR_AT_END). */
 static void tr_copy_violations(tr_sim *s, int from, int when);
 
 /* Set the margin of the next event, at which pair or stop `which` leaves its mode and cuts the step short. A parabola passes

@@ -69,6 +69,17 @@ static void tr_restore_shares_before(tr_sim *s, double t, double *y) {
   s->friction.held = still, s->friction.shared = 1, s->friction.impending_laws = by_law;
 }
 
+/* Freeze the direction in which pair i slid when it last moved by more than round-off. Its mode keeps this direction. */
+static void tr_freeze_last_direction(tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  double last[3] = {0.0, 0.0, 0.0}, size = 0.0;
+  for (int j = 0; j < pair->nrates; ++j) {
+    last[j] = tr_mode_of(s, i)->direction[j];
+    size += last[j] * last[j] * TR_A(s, lever)[pair->eta0 + j] * TR_A(s, lever)[pair->eta0 + j];
+  }
+  if (size > 0.0) tr_freeze_line_direction(s, i, last, sqrt(size));
+}
+
 static int tr_restore_directions_before(tr_sim *s, double t, const double *y) {
   const tr_kernel *k = s->k;
   double before[tr_state_width(s)];
@@ -94,6 +105,8 @@ static int tr_restore_directions_before(tr_sim *s, double t, const double *y) {
       any |= stops[i];
     }
   }
+  for (int i = 0; i < k->nsliders && any; ++i)
+    if (stops[i]) tr_freeze_last_direction(s, i);
   return kept;
 }
 

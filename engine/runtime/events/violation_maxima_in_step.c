@@ -4,9 +4,6 @@
 #define SAMPLES_BOUNDED 4 /* number of points in a bounded step */
 #define TOP_STEPS 12    /* largest number of parabola steps towards one maximum; each step raises the order of the error */
 #define TOP_NEAR 1e-9   /* relative to the step: if a maximum is closer to an evaluated point, this point counts as the maximum */
-/* relative to the distance of a maximum from release: if an iteration changes the maximum by less, the maximum does not reach
- * release */
-#define TOP_SURE 0.01
 #define EDGE 1e-3       /* relative to the spacing of the points: finite difference that gives the slope at an end of the step */
 
 static double tr_worst_violation(tr_sim *s, const double *y, int *worst) {
@@ -14,9 +11,11 @@ static double tr_worst_violation(tr_sim *s, const double *y, int *worst) {
   tr_stop_depths(s, y, depth);
   if (s->friction.held) tr_evaluate_capacities_at_solution(s);
   for (int i = 0; i < tr_watched_count(s); ++i) {
-    const double v = tr_violations_at(s, TR_NOW)[i] = tr_mode_violation(s, i, depth);
+    const int counts = !s->step.only || (i < s->k->nsliders && s->step.only[i]);
+    const double v = tr_violations_at(s, TR_NOW)[i] = counts ? tr_mode_violation(s, i, depth) : -INFINITY;
     if (v > best) best = v, *worst = i;
   }
+  for (int i = 0; i < s->k->nsliders; ++i) tr_reserves_at(s, TR_NOW)[i] = tr_is_stuck(s, i) ? tr_reserve(s, i) : NAN;
   return best - 1.0;
 }
 
@@ -47,6 +46,7 @@ typedef struct tr_samples {
   int watched, between, sided; /* number of pairs and stops; whether to search between points; whether any pair has two sides */
   double *x, *all;     /* per point: place, and largest violation minus 1 */
   double *own;         /* per point: violations of pairs and stops, then of pairs in the other direction; all minus 1 */
+  double *reserve;     /* per point: reserves of pairs at rest; NaN for other pairs */
 } tr_samples;
 
 static inline int tr_sample_width(const tr_sim *s) { return tr_watched_count(s) + s->k->nsliders; }
@@ -92,7 +92,9 @@ static double tr_store_sample(tr_sim *s, const tr_samples *at, int q, int last, 
   if (!known || at->sided) all = tr_violation_at_from(s, at->x[q], from, &w);
   if (known) all = end ? s->step.margin_end : s->step.margin, w = end ? last : *worst;
   *worst = w;
-  tr_list_violations(s, at, tr_violations_at(s, !known ? TR_NOW : end ? TR_AT_END : TR_AT_START), at->sided, own);
+  const int when = !known ? TR_NOW : end ? TR_AT_END : TR_AT_START;
+  tr_list_violations(s, at, tr_violations_at(s, when), at->sided, own);
+  for (int i = 0; i < s->k->nsliders; ++i) at->reserve[q * s->k->nsliders + i] = q == 0 && known && !s->step.far_known ? NAN : tr_reserves_at(s, when)[i];
   for (int i = 0; q == 0 && i < tr_sample_width(s); ++i) own[i] = known && !at->sided && !s->step.far_known ? NAN : own[i] < 0.0 ? own[i] : 0.0;
   return at->all[q] = q == 0 ? fmin(all, 0.0) : all;
 }
@@ -177,20 +179,4 @@ static void tr_search_item(tr_sim *s, const tr_samples *at, int i, int q, tr_bra
   if (fabs(from_middle) < 1.0 && top + (top - fmin(first, last)) > 0.0) tr_find_maximum(s, at, i, p, b);
   if (begins) tr_find_maximum_at_end(s, at, i, 0, outer[0], inner, b);
   if (ends) tr_find_maximum_at_end(s, at, i, 1, outer[1], inner, b);
-}
-
-/* The bracket of the first root up to point q, from maxima between points q − 2 and q, and from point q itself. Each violation is
- * searched separately, because the largest of all violations has kinks, where a parabola finds no maximum. */
-static tr_bracket tr_bracket_first_root(tr_sim *s, const tr_samples *at, int q, int first, int worst) {
-  tr_bracket b = {.left = {q > first ? at->x[q - 1] : 0.0, NAN, q > first ? at->all[q - 1] : -1.0}, .right = {NAN, NAN, NAN}, .which = worst};
-  if (at->all[q] > 0.0) b.right = (tr_point){at->x[q], NAN, at->all[q]};
-  b.begin = b.left;
-  if (!at->between || q < 1 || (q == 1 && !(at->all[1] > 0.0))) return b;
-  tr_bracket before = b;
-  if (q > 1) before.begin = before.left = (tr_point){at->x[q - 2], NAN, at->all[q - 2]};
-  for (int i = 0; i < tr_sample_width(s); ++i) {
-    const int index = i < at->watched ? i : i - at->watched;
-    if (at->suspect[index] && (i < at->watched || at->suspect[index] == TR_BY_SIDES)) tr_search_item(s, at, i, q, &before);
-  }
-  return before.right.x < at->x[q] ? before : b;
 }

@@ -85,6 +85,9 @@ static void tr_evaluate_capacities_at_solution(tr_sim *s);
 /* Friction of pair i divided by its capacity. Returns 0 if the friction is round-off. Requires capacities. */
 static double tr_friction_ratio(const tr_sim *s, int i);
 
+/* Friction that pair i, at rest, can carry in addition to its present friction, N or N m. Requires capacities. */
+static double tr_reserve(const tr_sim *s, int i);
+
 /* Deceleration that a unit of friction j causes in the freedom of multiplier i, with closed loops. Requires held maps. */
 static double tr_freedom_response(const tr_sim *s, int i, int j);
 

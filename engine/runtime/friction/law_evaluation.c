@@ -87,3 +87,5 @@ static double tr_friction_ratio(const tr_sim *s, int i) {
   if (h->size <= s->friction.faint) return 0.0;
   return h->beyond > TOL_TWIST * cap ? fmax(h->size / cap, 1.0 + h->beyond / cap) : h->size / cap;
 }
+
+static double tr_reserve(const tr_sim *s, int i) { return (1.0 - tr_friction_ratio(s, i)) * fmax(tr_hold_of(s, i)->capacity, 0.0); }

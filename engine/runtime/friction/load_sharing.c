@@ -87,7 +87,7 @@ static int tr_set_aside_unloaded(tr_sim *s, int n, const int *c, const double *A
 }
 
 /* Find loads x of the multipliers c (n) that prevent motion and minimise the largest share. The iteration updates the capacities
- * with the loads. Newton's method must start from these loads, because capacities under loads without friction differ too much. */
+ * with the loads and their signs. Newton's method must start from these loads, because capacities under loads without friction differ too much. */
 static void tr_share_loads(tr_sim *s, int n, const int *c, const int *owner, const double *A, double *cap, double *x) {
   const tr_kernel *k = s->k;
   int e = k->neta;
@@ -103,7 +103,7 @@ static void tr_share_loads(tr_sim *s, int n, const int *c, const int *owner, con
     tr_evaluate_laws(s, eta);
     for (int i = 0; i < n; ++i) {
       memset(unit, 0, sizeof unit);
-      unit[c[i]] = 1.0;
+      unit[c[i]] = eta[c[i]] < 0.0 ? -1.0 : 1.0;
       const int m = owner[i];
       k->held_alone(TR_A(s, NN), unit, TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold));
       cap[i] = fmax(tr_hold_of(s, m)->capacity / tr_hold_of(s, m)->size, NO_CAPACITY);

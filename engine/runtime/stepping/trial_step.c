@@ -54,6 +54,7 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
     if (s->friction.held || tr_has_stopped_with_drive(s)) { /* loads may have jumped, or a drive may have come to rest */
       int code = tr_handle_event(s, s->clock.t, TR_A(s, y), -1, 0);
       if (code != TR_OK) return code;
+      if (s->step.margin_end == s->step.margin_end) tr_copy_violations(s, TR_NOW, TR_AT_START);
     }
     memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s));
     s->step.have_k1 = 1;

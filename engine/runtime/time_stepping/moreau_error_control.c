@@ -285,6 +285,7 @@ static int tr_make_moreau_step(tr_sim *s, double limit) {
     double whole = err <= 1.0 && !fixed ? tr_find_first_end(s, h, &course) : 1.0;
     if (whole == 1.0 && err <= 1.0 && !fixed) whole = tr_find_first_corner(s, 1.0);
     if (whole == 1.0 && err <= 1.0 && !fixed) whole = tr_find_first_release(s, h, &course);
+    if (whole == 1.0 && err <= 1.0 && !fixed) whole = tr_find_release_beside_change(s, h, &course);
     if (err <= 1.0) err = fmax(err, tr_position_error(s, whole));
     /* Whether the error of a very short step may come from an impact. Without a change of mode, it comes from light bodies that
      * move fast. */

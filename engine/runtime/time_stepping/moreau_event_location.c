@@ -96,3 +96,58 @@ static double tr_find_first_release(tr_sim *s, double h, tr_moreau_course *cours
   if (found == TR_FOUND && (theta <= STEP_START || theta > STEP_END)) course->let_go = theta > STEP_END;
   return theta <= STEP_START ? 1.0 : theta;
 }
+
+/* Whether pair i is stuck throughout the last step. */
+static int tr_stays_stuck(const tr_sim *s, int i, const tr_moreau_course *course) {
+  return tr_is_stuck(s, i) && tr_mode_flag(course->start + i) == TR_STUCK && tr_mode_flag(course->middle + i) == TR_STUCK;
+}
+
+/* Place in one half of the last step where a pair marked in `stays` exceeds its capacity, as a fraction of this half. ynew: end of
+ * the step. Returns 1 if there is none. */
+static double tr_find_release_in_half(tr_sim *s, double h, int half, const char *stays, const double *ynew) {
+  const int n = tr_state_width(s);
+  double end[n], theta = 1.0, *from = TR_A(s, yold), *rows = TR_A(s, kstep);
+  char suspect[tr_watched_count(s) + 1];
+  int which = -1, found = TR_NO_EVENT;
+  memset(suspect, 0, sizeof suspect), memcpy(suspect, stays, s->k->nsliders);
+  for (int i = 0; i < n; ++i) {
+    rows[i] = 0.5 * (ynew[i] - TR_A(s, y)[i]);
+    from[i] = TR_A(s, y)[i] + half * rows[i], end[i] = from[i] + rows[i];
+  }
+  s->step.dense_rows = 1, s->step.have_dense = 1, s->step.margin = NAN;
+  s->step.t0 = s->clock.t + 0.5 * half * h, s->step.size = 0.5 * h;
+  tr_evaluate_maps_at(s, s->step.t0 + s->step.size, end);
+  tr_set_row_kinds(s);
+  s->step.only = stays;
+  if (tr_rhs(s, s->step.t0 + s->step.size, end, TR_A(s, dy))) {
+    s->step.margin_end = tr_worst_violation(s, end, &which);
+    tr_copy_violations(s, TR_NOW, TR_AT_END);
+    memcpy(TR_A(s, zstart), TR_A(s, z), sizeof(double) * tr_z_length(s)), tr_store_end_multipliers(s);
+    found = tr_search_step(s, suspect, &which, &theta);
+  }
+  s->step.only = 0;
+  return found == TR_FOUND ? theta : 1.0;
+}
+
+/* Place in the last step where a pair that is stuck throughout exceeds its capacity, although another pair changes its mode. Each
+ * half of the step is searched in its own modes. Returns 1 if there is none. */
+static double tr_find_release_beside_change(tr_sim *s, double h, const tr_moreau_course *course) {
+  const int pairs = s->k->nsliders, n = tr_state_width(s), nz = tr_z_length(s);
+  char stays[pairs + 1];
+  int any = 0;
+  for (int i = 0; i < pairs; ++i) any |= stays[i] = tr_stays_stuck(s, i, course) && (tr_is_suspect(s, i) || tr_has_varying_load(s, i));
+  if (course->steady || !any || !s->set.locate || h <= s->set.rtol / s->set.rate) return 1.0;
+  tr_mode end[pairs + 1];
+  double made[n], z[nz + 1], place = 1.0;
+  tr_save_modes(s, end), memcpy(made, TR_A(s, ynew), sizeof made), memcpy(z, TR_A(s, z), sizeof(double) * nz);
+  for (int half = 0; half < 2 && place == 1.0; ++half) {
+    tr_restore_modes(s, half ? end : course->middle);
+    const double theta = tr_find_release_in_half(s, h, half, stays, made);
+    if (theta < 1.0) place = 0.5 * (half + theta);
+  }
+  tr_restore_modes(s, end), memcpy(TR_A(s, ynew), made, sizeof made), memcpy(TR_A(s, z), z, sizeof(double) * nz);
+  memcpy(TR_A(s, yold), TR_A(s, y), sizeof made);
+  tr_form_dense_straight(s);
+  s->step.t0 = s->clock.t, s->step.size = h, s->step.have_dense = 1;
+  return place;
+}

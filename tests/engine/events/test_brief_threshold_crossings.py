@@ -67,6 +67,14 @@ def test_brief_crossings_are_found_by_every_method(seed: int) -> None:
     assert examined(seed, (1e-3, 1e-5, 1e-7, 1e-9))[1] == []
 
 
+def test_impulse_steps_find_a_release_beside_a_change_of_another_pair() -> None:
+    """A pair stays stuck in a step in which another pair stops. Earlier, only steps without a change of mode were searched."""
+    case = brief_pass(4380)
+    columns = [f"{n}.q*" for n in case.parts]
+    run = simulate(scene_from_dict(case.scene), until=case.until, method="moreau", rtol=MOREAU, every=case.until, outputs=columns)
+    assert wrong(case, run, "moreau", MOREAU) == []
+
+
 def examined_shape(seed: int, shape: Shape, rtols: tuple[float, ...]) -> list[str]:
     """The differences from the correct results in all runs of a scene with signals of a shape."""
     case, found = brief_pass(seed, shape), []

@@ -180,6 +180,25 @@ def test_a_locked_joint_does_not_slip_where_another_pair_of_its_loop_reverses() 
     assert max(float(np.abs(found[0][c] - found[1][c]).max()) for c in places) < 1e-9
 
 
+@pytest.mark.parametrize("cut", ["j5", "j6", "loop1"])
+def test_a_brief_loss_of_load_releases_a_loop_wherever_it_is_cut(cut: str) -> None:
+    """A guide of the loop is unloaded for 0.4 ms of a step of 40 ms. Earlier, one cut missed the slip and went on to the end of the
+    run."""
+    r = run_loop(cut_everywhere(rubbing_loop(199))[cut], 1e-9)
+    slips = [e.time for e in r.events if e.kind == "slip" and e.joint == "loop1"]
+    assert slips == pytest.approx([0.25452102] * 2, abs=1e-7)
+    assert (r.outcome.name, r.outcome.time) == ("jammed", pytest.approx(0.268378, abs=1e-6))
+
+
+def test_contacts_before_a_stop_agree_wherever_the_loop_is_cut() -> None:
+    """In the last step before it stops, a ball moves by no more than round-off. Earlier, its direction was this round-off: its
+    contact turned by 0.58 to 0.69 rad, and contacts of other joints jumped, or did not."""
+    first, *others = [run_loop(s, 1e-11) for s in cut_everywhere(rubbing_loop(418)).values()]
+    assert [_unlike(r, first) for r in others] == ["", ""]
+    stops = [e for r in (first, *others) for e in r.events if e.kind == "reversal" and e.time == pytest.approx(0.391884, abs=1e-6)]
+    assert [e.turn[0] for e in stops] == pytest.approx([0.68] * 3, abs=5e-4)
+
+
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("cut", "rtol"), crossed(["j1", "j4", "loop1"], [1e-7, 1e-8, 1e-9]))
 def test_a_run_ends_where_a_root_of_friction_ends_wherever_the_loop_is_cut(cut: str, rtol: float) -> None:
@@ -198,7 +217,7 @@ def test_many_random_loops_move_alike_wherever_they_are_cut() -> None:
     """Motion and work agree within 1e-7, and events are equal. The test lists the loops that differ (``-rP``). Different runs are
     repeated at a tighter tolerance, because some loops amplify the error."""
     different = []
-    for seed in range(300):
+    for seed in range(500):
         scene = rubbing_loop(seed)
         if any(isinstance(j.drive, tuple) for j in scene.joints.values()):
             continue  # joints with a drive and further freedoms have no start values
