@@ -14,7 +14,9 @@
 #define SHIFT_KINK TOL_KINK /* × the kink speed: allowed distance beyond a kink just after its event */
 #define SHIFT_STOP 1e-11   /* × the length, or rad: allowed depth just after the event of a stop */
 #define BEGUN_SPEED 1e-6   /* × the speed unit: at a higher speed, sliding has begun, and its direction is that of the motion */
-#define DRIFT 1.0          /* × tolerance · length, or rad: if residuals of loops are larger, the state is projected */
+/* × tolerance · length, or rad: if residuals of loops are larger, the state is projected. After a projection, a multi-step method
+ * begins again at order 1. With 1, its first steps drifted so far that every third one requested the next projection. */
+#define DRIFT 100.0
 #define DRIFT_TURN 1e-6    /* if the squared norm of a quaternion differs more from 1, the state is projected */
 #define FAR_BRANCH 0.02    /* × the friction of a pair: a larger change since the last stored state may mean another branch */
 #define FOLLOWED_PARTS 8   /* number of parts in which friction is then followed from the stored state */
