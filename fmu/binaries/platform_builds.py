@@ -60,6 +60,8 @@ NAMES = {
 """{standard: {platform: name of its folder}}."""
 ALONE = {"2.0": "aarch64-linux"}
 """{standard: platform that shares the folder of another platform}. An FMU contains only one of these two platforms."""
+NARROW = ("linux32", "win32", "x86-linux", "x86-windows")
+"""Platforms of both standards for which no libraries are built. The sources run there."""
 INSIDE = "fmu_"
 """Prefix of the model's functions in ``native/standards``."""
 ENTRIES = {
@@ -89,6 +91,9 @@ def chosen(names: Sequence[str], standard: str = "2.0") -> list[str]:
         name = also.get(name, name)
         if name in PLATFORMS and name not in folders:
             raise SceneError([Problem("--platform", f"FMI {standard} has no folder for {name}", "choose --fmi 3")])
+        if name in NARROW:
+            what = f"{name} has 32 bits, where a call would not set the host's floating-point environment"
+            raise SceneError([Problem("--platform", what, "omit --platform, add --sources, and compile them on that machine")])
         if name != "all" and name not in folders:
             known = f"all, host, {', '.join(folders)}"
             raise SceneError([Problem("--platform", f"{name!r} is not a supported platform", known)])

@@ -33,6 +33,10 @@ HEAD = (
 )
 
 
+CONTRACTION = ("extra", "contraction")
+"""Key of the column that an FMU computes only when a host reads it."""
+
+
 def model_text(model: Model, all_: FmuVariables, guid: str, linear: bool, faces: str = "", types: int = 1) -> str:
     """The C source that defines ``fmu_the_model``. faces: C text of the tables that only FMI 3.0 needs; "" for FMI 2.0. types: bits
     of ``KINDS``."""
@@ -67,6 +71,7 @@ def model_text(model: Model, all_: FmuVariables, guid: str, linear: bool, faces:
         int(sim.jams == "impact"), events_kept(sizes["nsliders"] + sizes["nstops"]), len(NAMES) + 1,
         "m_setting", "m_outcome", *causes(model)[:-1], "m_code", "m_begin", causes(model)[-1], "m_joint", "m_law",
         *(FACES if faces else FACES_OF_SCALARS), *_certified(model, listed), sources, "m_source",
+        next((i for i, c in enumerate(model.columns) if c.key == CONTRACTION), -1),
     ]
     return HEAD + "".join([*arrays, faces]) + f"const fmu_model fmu_the_model={{{','.join(map(str, values))}}};\n"
 

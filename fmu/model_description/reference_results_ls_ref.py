@@ -14,6 +14,7 @@ from trunnion.fmu.model_description.parameter_set_ssv import TYPE, of_scene, par
 from trunnion.fmu.variables.exported_model import ExportedModel
 from trunnion.fmu.xml_document import xml_bytes
 from trunnion.scene.file_format.yaml_writer import scene_to_yaml
+from trunnion.simulation.global_error.column_error_kinds import kinds
 from trunnion.simulation.results.csv_and_parquet import lines_of
 from trunnion.simulation.results.result import Result
 
@@ -28,7 +29,8 @@ ROUND_OFF = 1e-9
 differently."""
 GUIDE = """reference.csv contains outputs of this FMU from t = 0 to {until:.9g} s, one row every {every:g} s. The engine of Trunnion
 computed them with the relative tolerance {rtol:g}, with all inputs at their start values. Accuracy of this run: {errors}. {end}
-Outputs without a stated error are omitted. Components of an array have the names array[1], array[2], ...
+Outputs without a stated error are omitted, and so are quaternions and angles that are a half turn in some row: their sign is not
+determined there. Components of an array have the names array[1], array[2], ...
 
 allowed_differences.csv has one row: the difference of each column that other machines and other communication steps may cause. This
 difference is the global error of the column, and at least {least:g} of the column's largest value. In model exchange, add the
@@ -74,7 +76,18 @@ def _allowed(made: ExportedModel, reference: Result, rows: int) -> dict[str, flo
     if c is None or not rows:
         return {}
     known = {n: float(c[n][rows - 1]) for n in outputs if n in c and np.isfinite(c[n][rows - 1])}
-    return {n: max(error, ROUND_OFF * float(np.abs(reference[n][:rows]).max())) for n, error in known.items()}
+    allowed = {n: max(error, ROUND_OFF * float(np.abs(reference[n][:rows]).max())) for n, error in known.items()}
+    turned = _half_turned(made, reference, rows, allowed)
+    return {n: error for n, error in allowed.items() if n not in turned}
+
+
+def _half_turned(made: ExportedModel, reference: Result, rows: int, allowed: Mapping[str, float]) -> set[str]:
+    """Components of quaternions, and angles modulo 2π, that are a half turn in one of these rows, within the allowed difference."""
+    k, names = kinds(reference.columns, made.model.built.numbers), [c.name for c in reference.columns]
+    angles = [names[i] for i in np.flatnonzero(k.wraps) if names[i] in allowed]
+    out = {n for n in angles if np.pi - np.abs(reference[n][:rows]).max() <= allowed[n]}
+    fours = [[names[i] for i in four] for four in k.quaternions]
+    return out.union(*(f for f in fours if f[0] in allowed and np.abs(reference[f[0]][:rows]).min() <= allowed[f[0]]))
 
 
 def _csv(names: Mapping[str, float], rows: np.ndarray) -> bytes:

@@ -61,7 +61,9 @@ static void tr_set_crossing_margin(tr_sim *s, int which) {
   const double slope = first + (second - first) * at, bend = 2.0 * (second - first);
   if (bend < -unit) s->events.margin = fmin(CLEAR_MARGIN, fmax(0.5 * slope * slope / -bend, end));
   const double part = tr_error_part(s, which), gone = fabs(slope) / s->step.size * fmax(s->clock.t_end - s->clock.t_start, 1.0 / s->set.rate);
-  s->events.unsure = s->events.margin < part * tr_run_error(s) || gone < SLOW * part;
+  /* start values have no error: a stop that begins at its limit, at rest, engages at a certain time */
+  const double grown = fmin(1.0, (s->pending.t - s->clock.t_start) * s->set.rate);
+  s->events.unsure = s->events.margin < part * tr_run_error(s) || gone < SLOW * part * grown;
 }
 
 /* Estimated margin of slipping pair i, which could also rest: the friction needed for rest divided by the capacity, minus 1.

@@ -15,7 +15,9 @@
 #define SHIFT_STOP 1e-11   /* relative to the length scale, or rad: allowed depth just after the event of a stop */
 /* relative to the speed unit: at a higher speed, sliding has begun, and its direction is that of the motion */
 #define BEGUN_SPEED 1e-6
-#define DRIFT 1.0          /* in units of tolerance · length, or rad: if residuals of loops are larger, the state is projected */
+/* in units of tolerance · length, or rad: if residuals of loops are larger, the state is projected. After a projection, a multi-step
+ * method begins again at order 1. With 1, its first steps drifted so far that every third step requested the next projection. */
+#define DRIFT 100.0
 #define DRIFT_TURN 1e-6    /* if the squared norm of a quaternion differs more from 1, the state is projected */
 /* relative to the friction of a pair: a larger change since the last stored state may mean another branch */
 #define FAR_BRANCH 0.02

@@ -165,7 +165,7 @@ static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra) {
   const tr_kernel *k = s->k;
   extra->energy0 = s->audit.energy0;
   if (s->o->wants & TR_WANTS_AUDIT) tr_fill_audit(s, y, extra);
-  extra->contraction = s->o->wants & TR_WANTS_CONTRACTION ? tr_contraction(s) : 0.0;
+  extra->contraction = s->o->wants & TR_WANTS_CONTRACTION && !s->set.no_contraction ? tr_contraction(s) : 0.0;
   extra->events = (double)s->stats.events;
   extra->overrun = s->bound.overrun, extra->overruns = (double)(s->stats.by_impulses + s->stats.relaxed);
   extra->step = s->step.size;

@@ -131,6 +131,7 @@ typedef struct fmu_model {
   double tighter, larger;   /* tolerance of the run / tolerance of the second run; error / difference of the two runs */
   int sources;
   const fmu_source *source; /* the sources of inputs that are sums */
+  int contraction;          /* index of the output audit.contraction; -1: none */
 } fmu_model;
 
 extern const fmu_model fmu_the_model;

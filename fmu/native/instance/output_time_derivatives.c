@@ -8,6 +8,7 @@ static double fmu_row_ahead(fmu_instance *m, double *row) {
   const double ahead = AHEAD / MODEL->rate;
   fmu_state *copy = fmu_copied(m);
   if (!copy) return 0.0;
+  FMU_SIM(copy)->set.no_contraction = 0;
   const int reached = tr_reach(FMU_SIM(copy), copy->time + ahead, copy->time + LOOKAHEAD_STEPS * ahead, (long)MANY_STEPS, row);
   fmu_free(copy);
   return reached == TR_DONE ? ahead : 0.0;
@@ -21,7 +22,8 @@ static fmu_status fmu_output_derivatives(fmu_instance *m, const fmu_reference *v
     if (vr[i] >= (unsigned)MODEL->outputs) return fmu_log(m, FMU_ERROR, "value reference %u: only outputs have time derivatives, and this is not an output", vr[i]);
     if (order[i] != 1) return fmu_log(m, FMU_ERROR, "value reference %u: only derivatives of order 1 are available, not of order %d", vr[i], order[i]);
   }
-  fmu_status status = fmu_refresh(m);
+  fmu_status status = n ? fmu_refresh(m) : FMU_OK;
+  for (size_t i = 0; i < n && status <= FMU_WARNING; ++i) status = fmu_fresh(m, vr[i]);
   if (status > FMU_WARNING) return status;
   const double *now = FMU_A(m->state, row) + 1;
   for (size_t i = 0; i < n; ++i)

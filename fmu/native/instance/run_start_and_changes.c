@@ -57,6 +57,17 @@ static void fmu_bound(fmu_state *s) {
   set->evaluations = (int)fmu_setting_of(s, FMU_MOST_EVALUATIONS, 1.0), set->iterations = (int)fmu_setting_of(s, FMU_MOST_ITERATIONS, 1.0);
 }
 
+/* Whether rows omit the contraction number: then fmu_add_contraction computes it when a host reads it. A plain library cannot
+ * copy its state for this. */
+static int fmu_omits_contraction(const fmu_instance *m) {
+#if defined FMU_ALONE
+  (void)m;
+  return 0;
+#else
+  return !m->exchange && !m->ahead && !m->between && !MODEL->erring;
+#endif
+}
+
 /* Assemble and start a run at the start time, with the tolerance divided by `tighter`. */
 static fmu_status fmu_begin_run(fmu_instance *m, double tighter) {
   fmu_state *s = m->state;
@@ -70,7 +81,7 @@ static fmu_status fmu_begin_run(fmu_instance *m, double tighter) {
   tr_set_parameters(sim);
   const tr_settings set = {.rtol = fmu_tolerance(m) / tighter, .hmax = INFINITY, .hfixed = fmu_setting_of(s, FMU_STEP, 0.0), .length = MODEL->length,
                            .rate = MODEL->rate, .energy = MODEL->energy, .method = MODEL->method, .project = 1, .locate = 1,
-                           .through_jams = MODEL->through_jams};
+                           .through_jams = MODEL->through_jams, .no_contraction = fmu_omits_contraction(m)};
   tr_configure(sim, &set);
   fmu_bound(s);
   fmu_start_values(s);

@@ -28,6 +28,17 @@ def said(host: Host) -> str:
     return " ".join(text for _, text in host.log)
 
 
+def test_a_host_that_reads_the_contraction_which_steps_omit_gets_it_and_changes_nothing() -> None:
+    """It takes a third of a step, so an FMU computes it when a host reads it, from a copy of the run."""
+    reader, other = (Host(exported("spherical_pendulum"), stop=1.0) for _ in range(2))
+    read = [x for (x,) in reader.run(0.0, 100, 0.01, "audit.contraction")]
+    other.run(0.0, 100, 0.01)
+    assert all(x > 0.0 for x in read)
+    assert other.get("audit.contraction") == [read[-1]]
+    names = reader.all_outputs()
+    assert reader.get(*names) == other.get(*names)
+
+
 @BOTH
 def test_communication_steps_of_any_size_lead_to_the_same_motion(flavour: str) -> None:
     """While no input changes, internal steps do not depend on communication steps, so the results are equal."""

@@ -16,6 +16,7 @@ from fmpy import read_model_description, simulate_fmu
 
 from tests.fmu.fmpy_validation import validated
 from trunnion.fmu.scene_export import export
+from trunnion.scene import scene_from_dict
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref/"
 ROOT = {
@@ -37,12 +38,13 @@ def table(z: zipfile.ZipFile, name: str) -> dict[str, np.ndarray]:
 
 
 def largest_share(file: Path, **start: float) -> float:
-    """The largest difference between the FMU's run by its default experiment and its reference, relative to the allowed
+    """The largest difference between the FMU's run by the reference's experiment and its reference, relative to the allowed
     difference."""
     with zipfile.ZipFile(file) as z:
         expected, allowed = table(z, "reference.csv"), table(z, "allowed_differences.csv")
-    names = [n for n in expected if n != "time"]
-    got = simulate_fmu(str(file), output=names, start_values=start)
+        (run,) = ElementTree.fromstring(z.read(FOLDER + "reference.exp")).iter("TransientSimulation")
+    names, until, every = [n for n in expected if n != "time"], float(run.attrib["stopTime"]), float(run.attrib["stepSize"])
+    got = simulate_fmu(str(file), output=names, start_values=start, stop_time=until, output_interval=every)
     assert list(expected) == list(allowed)
     assert np.allclose(got["time"], expected["time"], rtol=0.0, atol=1e-9)
     return max(float(np.abs(got[n] - expected[n]).max() / allowed[n][0]) for n in names)
@@ -57,6 +59,28 @@ def test_an_fmu_with_its_reference_proves_itself_and_a_wrong_one_does_not(model:
     assert largest_share(file) <= 1.0
     friction = {"spherical_pendulum": "joints.ball.friction.mu", "crank_slider": "joints.slider_pin.friction.mu"}[model]
     assert largest_share(file, **{friction: 0.0}) > 100.0
+
+
+def test_a_quaternion_whose_sign_round_off_decides_is_no_reference(tmp_path: Path) -> None:
+    """The wheel is at a half turn at 0.5 s; an orientation's scalar part is not negative."""
+    turn = {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "wheel"}
+    turn["drive"] = {"table": {"time": [0, 1], "value": [0, 2 * np.pi]}}
+    wheel = {"mass": 1, "inertia": [1, 1, 1]}
+    scene = scene_from_dict(
+        {"name": "half_turn", "bodies": {"wheel": wheel}, "joints": {"shaft": turn}, "simulation": {"until": 1, "every": 0.1}}
+    )
+    export(scene, tmp_path / "proved.fmu", reference=True, kernel="parts", outputs=["wheel.orientation[*]", "shaft.q[1]"])
+    with zipfile.ZipFile(tmp_path / "proved.fmu") as z:
+        assert list(table(z, "reference.csv")) == ["time", "shaft.q[1]"]
+
+
+def test_the_reference_of_a_mechanism_that_begins_at_rest_on_its_catch_has_every_row(tmp_path: Path) -> None:
+    """The trolley's engagement at 1e-6 s was marginal, and no row after it was stated."""
+    file = tmp_path / "proved.fmu"
+    export("folding_panel", file, reference=True, kernel="parts", outputs=["*.q[1]", "*.qd[1]"])
+    with zipfile.ZipFile(file) as z:
+        assert table(z, "reference.csv")["time"][-1] == float(read_model_description(file).defaultExperiment.stopTime)
+    assert largest_share(file) <= 1.0
 
 
 def test_the_manifest_lists_its_files_as_the_schema_requires(tmp_path: Path) -> None:

@@ -29,18 +29,19 @@ MODELS = tuple(bundled_names())
 FORMS: dict[str, dict[str, Any]] = {
     "cs2": {"sources": True}, "python2": {"flavour": "python"}, "me2": {"kind": "me"},
     "arrays3": {"fmi": 3, "sources": True}, "scalars3": {"fmi": 3, "scalars": True}, "me3": {"fmi": 3, "kind": "me"},
+    "mescalars3": {"fmi": 3, "kind": "me", "scalars": True},
 }  # fmt: skip
 TOOLS = {
     "fmpy": ("fmpy==0.3.32",), "libcosim": ("libcosimpy==0.0.6", "fmpy==0.3.32"),
     "ecos": ("ecospy==0.7.2", "fmpy==0.3.32"), "cofmupy": ("cofmupy==1.0.0",),
     "container": ("fmu-manipulation-toolbox==2.0", "fmpy==0.3.32"), "casadi": ("casadi==3.8.2", "fmpy==0.3.32"),
     "fmuloader": ("fmuloader==0.1.2rc0", "fmpy==0.3.32"), "pathsim": ("pathsim-fmi==0.1.1", "pathsim==0.27.1", "fmpy==0.3.32"),
-    "fmpy_compiled": ("fmpy==0.3.32", "cmake==4.4.5"), "bd2cmake": ("fmi-bd2cmake==0.1.0", "fmpy==0.3.32", "cmake==4.4.5"),
     "sofirpy": ("sofirpy==1.0.2", "fmpy==0.3.32"), "syssimx": ("syssimx==0.4.3", "fmpy==0.3.32"),
     "pycosim": ("PyCosimLibrary==0.0.5", "fmpy==0.2.14", "setuptools"),
     "energysim": ("energysim==2.1.9.1", "fmpy==0.2.14", "pypsa==0.31.2"), "pyfmi": (),
+    "bd2cmake": ("fmi-bd2cmake==0.1.0", "fmpy==0.3.32", "cmake==4.4.5"), "fmpy_compiled": ("fmpy==0.3.32", "cmake==4.4.5"),
 }  # fmt: skip
-FORMS_OF = {"casadi": ("me2", "me3"), "fmpy_compiled": ("cs2", "arrays3"), "bd2cmake": ("arrays3",)}
+FORMS_OF = {"casadi": ("me2", "me3", "mescalars3"), "fmpy_compiled": ("cs2", "arrays3"), "bd2cmake": ("arrays3",)}
 """The forms of FMUs that a tool accepts, if the tool does not accept all forms."""
 PROGRAMS = {"fmuCheck.linux64": ("cs2", "me2", "python2"), "fmi4ctest": tuple(FORMS)}
 STOP, STEP = 0.9, 0.01
