@@ -71,7 +71,7 @@ stop at {stopped:.4f}°; the energy of each half swing gives this angle.
 
 """
 HOSTS = """
-[The table of hosts](../../fmu/README.md#other-tools) shows which tools run Trunnion's FMUs.
+[The table of hosts](../../fmu/HOSTS.md) shows which tools run Trunnion's FMUs.
 """
 
 
