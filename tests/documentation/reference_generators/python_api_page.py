@@ -10,7 +10,8 @@ from typing import Any
 
 HEAD = """# Python API
 
-Import all names on this page from `trunnion`. Each name loads its module when it is first used. Numbers are SI unless a unit is given (`"10 ms"`). Times are s, lengths m, angles rad.
+Import all names on this page from `trunnion`. Each name loads its module when it is first used.
+Numbers are SI unless a unit is given (`"10 ms"`). Times are s, lengths m, angles rad.
 """
 
 
