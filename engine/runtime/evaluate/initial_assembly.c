@@ -18,7 +18,6 @@
 #define TRIES_AFAR 24 /* number of random starts; with forty loops, they take a tenth of a second in all */
 #define TIGHT 1e-13         /* × the length, or rad: residual of closed loops; a search ends below TIGHT_ENDS × TIGHT */
 #define TIGHT_ENDS 1e-2
-#define NO_ROW 1e-30        /* sum of squared effects of unit changes on a row; if it is smaller, no freedom changes the row */
 #define NO_LEVER 1e-12      /* × the length, or rad: a smaller effect of a unit change on a row is round-off */
 #define ROW_DEPENDS 1e-10   /* × a row's scale: largest pivot of a dependent row */
 #define TIGHT_LAST 4e-15    /* × the largest coordinate, in rad or lengths: round-off of a large coordinate */
@@ -117,7 +116,10 @@ static void tr_least_change(tr_sim *s, const double *G, const double *weight, co
     for (int j = 0; j < count; ++j)
       for (int i = j; i < count; ++i) A[moved[i] + n * moved[j]] += g[moved[i]] * weight[q] * weight[q] * g[moved[j]];
   }
-  for (int i = 0; i < n; ++i) d[i] = A[i + n * i] > NO_ROW ? 1.0 / sqrt(A[i + n * i]) : 0.0;
+  for (int i = 0; i < n; ++i) {
+    const double lever = sqrt(A[i + n * i]);
+    d[i] = lever > NO_LEVER * tr_row_unit(s, i) ? 1.0 / lever : 0.0;
+  }
   int rank = tr_cholesky(n, A, d, L, perm, 0, ROW_DEPENDS, ROW_DEPENDS);
   tr_cholesky_solve(n, rank, L, perm, d, b, x);
   for (int q = 0; q < k->nv; ++q) {
