@@ -19,7 +19,6 @@
 #define TRIES_AFAR 24 /* number of random starts; with forty loops, they take a tenth of a second in all */
 #define TIGHT 1e-13 /* relative to the length scale, or rad: residual of closed loops; a search ends below TIGHT_ENDS × TIGHT */
 #define TIGHT_ENDS 1e-2
-#define NO_ROW 1e-30        /* if the sum of squared effects of unit changes on a row is smaller, no freedom changes the row */
 #define NO_LEVER 1e-12      /* relative to the length scale, or rad: a smaller effect of a unit change on a row is round-off */
 #define ROW_DEPENDS 1e-10   /* relative to a row's scale: largest pivot of a dependent row */
 /* relative to the number of rows: largest pivot that only round-off causes. Far from closed loops, pivots between this and ROW_DEPENDS
@@ -123,7 +122,10 @@ static void tr_least_change(tr_sim *s, const double *G, const double *weight, co
     for (int j = 0; j < count; ++j)
       for (int i = j; i < count; ++i) A[moved[i] + n * moved[j]] += g[moved[i]] * weight[q] * weight[q] * g[moved[j]];
   }
-  for (int i = 0; i < n; ++i) d[i] = A[i + n * i] > NO_ROW ? 1.0 / sqrt(A[i + n * i]) : 0.0;
+  for (int i = 0; i < n; ++i) {
+    const double lever = sqrt(A[i + n * i]);
+    d[i] = lever > NO_LEVER * tr_row_unit(s, i) ? 1.0 / lever : 0.0;
+  }
   int rank = tr_cholesky(n, A, d, L, perm, 0, ROW_DEPENDS, ROW_DEPENDS);
   double left = 0.0;
   for (int i = rank; i < n; ++i) left = fmax(left, L[i + i * n]);

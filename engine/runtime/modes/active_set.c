@@ -45,6 +45,8 @@ static int tr_resolve_misfits(tr_sim *s, const int *rest, int n) {
   for (int it = 0; it < DECISION_STEPS; ++it) {
     int worst;
     if (!tr_solve_with_onsets(s, rest, n, impulses && it == 0, &worst)) {
+      /* the sharing rule may have no root for pairs that other loads hold */
+      if (worst < 0 && tr_may_store_loads(s, rest, n) && tr_stick_by_stored_loads(s, rest, n)) return tr_stick_idle_pairs(s, rest, n);
       if (worst < 0 || !impulses) return 0;
       if (!classed) tr_find_coupled_pairs(s), classed = 1;
       tr_let_stick(s, rest, n, worst);

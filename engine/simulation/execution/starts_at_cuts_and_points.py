@@ -19,6 +19,7 @@ from trunnion.scene.queries.cuttable_joints import may_be_cut, tied
 from trunnion.scene.queries.mechanism_without_forces import without_forces
 from trunnion.simulation.execution.assembly_notes import assembly_notes
 from trunnion.simulation.runtime_interface import simulation_block as bl
+from trunnion.system.construction.spanning_tree import span, span_without_masses
 from trunnion.system.construction.system_builder import Built, build
 from trunnion.system.structure.bodies_and_joints import state_coordinates
 
@@ -35,10 +36,14 @@ def build_with_starts(scene: Scene) -> Built:
     """
     built = build(scene)
     unused = [j.name for j in built.system.joints if j.cut and _given(scene, j.name)]
-    points = _points(scene)
-    if not unused and not points:
+    points, usual = _points(scene), span_without_masses(scene).cut
+    light = usual != span(scene).cut
+    if not unused and not points and not light:
         return built
-    n, found = built.numbers, _tree_starts(built, _cut_elsewhere(scene) if unused else without_forces(scene), points)
+    elsewhere = without_forces(scene)
+    if light or unused:
+        elsewhere = _cut_at(elsewhere, usual) if light and not any(_given(scene, n) for n in usual) else _cut_elsewhere(scene)
+    n, found = built.numbers, _tree_starts(built, elsewhere, points, light)
     if found is None:
         if exact := [name for name in unused if _is_exact(scene, name)]:
             raise SceneError([_exact_problem(name) for name in exact])
@@ -91,17 +96,24 @@ def _cut_elsewhere(scene: Scene) -> Scene:
     return replace(bare, joints={n: replace(j, cut=cuts[n]) for n, j in bare.joints.items()})
 
 
+def _cut_at(scene: Scene, cut: tuple[str, ...]) -> Scene:
+    """The scene with its loops cut at these joints."""
+    never = tied(scene)
+    wish = {n: n in cut if may_be_cut(j) and n not in never else None for n, j in scene.joints.items()}
+    return replace(scene, joints={n: replace(j, cut=wish[n]) for n, j in scene.joints.items()})
+
+
 def _tree_starts(
-    built: Built, elsewhere: Scene, points: dict[str, tuple[Path, Joint]]
+    built: Built, elsewhere: Scene, points: dict[str, tuple[Path, Joint]], light: bool
 ) -> tuple[np.ndarray, np.ndarray, list[str]] | None:
     """(q, v, notes): start values of the tree joints, from the start of the scene that is cut elsewhere and whose points are held.
-    None if that scene uses no more of the given values than ``built``, or if that scene cannot start. Raises SceneError if the
-    points cannot be held."""
+    None if that scene uses no more of the given values than ``built``, or if that scene cannot start. light: whether the cuts of
+    ``built`` depend on masses; the start then does not. Raises SceneError if the points cannot be held."""
     holders = {name: joint for name, (_, joint) in points.items()}
     there = build(replace(elsewhere, joints=elsewhere.joints | holders))
     if not all(may_be_cut(elsewhere.joints[j.name]) for j in there.system.joints if j.cut and j.name not in holders):
         return None
-    if not points and not _given_at_cuts(elsewhere, there) < _given_at_cuts(elsewhere, built):
+    if not points and not light and not _given_at_cuts(elsewhere, there) < _given_at_cuts(elsewhere, built):
         return None
     chosen = select(columns(there.system), ("*.q[*]", "*.qd[*]"))
     block = _block(there, chosen)

@@ -66,11 +66,16 @@ def light_bodies(scene: Scene) -> set[str]:
 def span(scene: Scene) -> Spanning:
     """The spanning tree. If a branch ends with a light body at a cut joint, the function builds the tree again, with a higher cost
     of cutting the joints of light bodies."""
-    made = _span(scene, set())
+    made = span_without_masses(scene)
     carrying = {body_of(scene.joints[n].inboard if forward else scene.joints[n].outboard) for n, _, forward in made.tree}
     loose = {body_of(side) for n in made.cut for side in (scene.joints[n].inboard, scene.joints[n].outboard)} - carrying
     light = light_bodies(scene)
     return made if light.isdisjoint(loose) else _span(scene, light)
+
+
+def span_without_masses(scene: Scene) -> Spanning:
+    """The spanning tree if no body counted as light."""
+    return _span(scene, set())
 
 
 def _span(scene: Scene, light: set[str]) -> Spanning:

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from tests.default_case_selection import sampled
 from tests.engine.checks.turned_mirrored_scaled_scenes import image, scaled
 from tests.reference.mechanics.rotation import random_rotation
-from trunnion import scene_from_dict, simulate
+from trunnion import Scene, scene_from_dict, simulate
 
 CUTS = ("crankpin", "gudgeon", "guide")
 UNTIL = 1.0
@@ -47,6 +48,24 @@ def driven_crank(rng: np.random.Generator) -> tuple[dict[str, Any], list[tuple[s
     return {"schema": 1, "gravity": [0, -9.81, 0], "bodies": bodies, "joints": joints}, events
 
 
+def cut_at(scene: dict[str, Any], joint: str) -> Scene:
+    """The scene with its loop cut at this joint."""
+    joints = {n: j | {"cut": True} if n == joint else j for n, j in scene["joints"].items()}
+    return scene_from_dict(scene | {"joints": joints})
+
+
+@pytest.mark.parametrize("first", sampled(range(100, 200, 5), 2))
+def test_a_turned_crank_starts_wherever_its_loop_is_cut(first: int) -> None:
+    """Earlier, round-off in the rows across the plane counted as an equation: 7 % of 600 such scenes had no start rates."""
+    for seed in range(first, first + 5):
+        rng = np.random.default_rng(seed)
+        scene, _ = driven_crank(rng)
+        for cut in CUTS:
+            turned = image(cut_at(scene, cut), random_rotation(rng))
+            for made in (turned, scaled(turned, 1e3, 1.0, 1e3**0.5)):
+                assert simulate(made, until=1e-6, kernel="parts", outputs="main.qd[1]").outcome.ok, (seed, cut)
+
+
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(12))
 @pytest.mark.slow
@@ -55,14 +74,13 @@ def test_a_driven_crank_reverses_its_slider_on_a_stop_wherever_the_loop_is_cut(s
     would then stick."""
     rng = np.random.default_rng(seed)
     scene, events = driven_crank(rng)
-    turn = random_rotation(rng)
+    turn, kernel = random_rotation(rng), "compiled" if seed % 4 == 3 else "parts"
     for k, cut in enumerate(CUTS):
-        joints = {n: j | {"cut": True} if n == cut else j for n, j in scene["joints"].items()}
-        own = scene_from_dict(scene | {"joints": joints})
+        own = cut_at(scene, cut)
         made, unit = ((own, 1.0), (image(own, turn), 1.0), (scaled(own, 1e3, 1.0, 1e3**0.5), 1e3**0.5))[(seed + k) % 3]
         for method, steps in STEPS.items():
             for rtol in (1e-4, 1e-6):
-                r = simulate(made, until=UNTIL * unit, rtol=rtol, method=method, kernel="parts", outputs="guide.q[1]")
+                r = simulate(made, until=UNTIL * unit, rtol=rtol, method=method, kernel=kernel, outputs="guide.q[1]")
                 assert (r.outcome.name, r.audit.verdict) == ("done", "within")
                 assert r.stats.steps <= steps * (10 if rtol < 1e-4 and method == "moreau" else 1)
                 near = (100 if method == "moreau" else 3) * rtol

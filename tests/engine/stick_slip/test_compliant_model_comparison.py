@@ -119,6 +119,9 @@ CASES = {
     "springs by curves": (crossed_dict("curved_rows", 2029), 0.1),
 }
 
+ERRORS = {"worm that holds with more friction at rest": NEAR}
+"""Largest errors of the judge in single cases. Here pairs move together whose speeds have ratios up to 300; before they reached
+their speeds of rest together, the worm slid 0.4 ms early."""
 SLOW_CONVERGENCE = ("cut guide", "cut crank pin")
 """Cases with five levels and a larger error of the judge. At the start the crank almost rests and the springs carry no load, so
 that the error falls as the square root of the compliance: levels differ by 5.7, 4.5 and 2.8 mrad."""
@@ -131,4 +134,4 @@ def test_the_engine_agrees_with_the_compliant_model(case: str) -> None:
     slow = case in SLOW_CONVERGENCE
     found = compared(scene_from_dict({"schema": 1} | data), until, levels=5 if slow else LEVELS)
     assert found.worst < NEAR, (found.outcome, found.apart)
-    assert found.judge.worst < (25 if slow else 10) * NEAR
+    assert found.judge.worst < ERRORS.get(case, (25 if slow else 10) * NEAR)

@@ -13,7 +13,7 @@ from tests.reference.compliant.equations_of_motion import Model
 from tests.reference.compliant.joint_sides_from_poses import resolved
 from tests.reference.compliant.pin_bearing_fits import Level
 from tests.reference.compliant.radau import Run, polynomial
-from tests.reference.compliant.start_state import start
+from tests.reference.compliant.start_state import rest_together, start
 
 FASTEST = 1e4
 """Angular frequency of the heaviest body on one contact spring at level 0, rad/s."""
@@ -111,6 +111,8 @@ def table(scene, level: Level, times, rates: dict | None = None, rtol: float = 1
     """One run at one level: columns at the given instants, and its number of steps."""
     model = Model(scene, level)
     y = start(model, rates)
+    if model.has_jumps:
+        rest_together(model, y)
     model.begin(y)
     f = model.frames
     atol = np.full(f.size, 1e-8)

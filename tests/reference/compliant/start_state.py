@@ -15,6 +15,8 @@ from tests.reference.mechanics.rotation import matrix_from_quaternion, quaternio
 from tests.reference.mechanics.time_signals import drive_motion
 
 NEWTON, CLOSED, DEPENDENT = 60, 1e-13, 1e-9
+SLOWER = 1e3
+"""Largest ratio of the speeds of two pairs that is taken into account."""
 AGREED = 1e-6
 """Rates agree if they differ by less than this, relative to the largest rate."""
 
@@ -55,6 +57,25 @@ def start(model: Model, offered: dict | None = None) -> np.ndarray:
     y = y.copy()
     y[f.at["v"].start : f.at["w"].stop] = _agreed(model, y, {n: _given(scene, n, "qd") for n in held}, offered)
     return y
+
+
+def rest_together(model: Model, y: np.ndarray) -> None:
+    """Change the speeds below which pairs rest, so that pairs that move together reach them together: in proportion to the speeds
+    of motions with a unit of energy at the start. Otherwise fast pairs would begin to slide before slow ones have their full
+    friction."""
+    scale = _scaled(model)
+    _, s, V = np.linalg.svd(_rows(model, y)[0] * scale)
+    free = V[int(np.sum(s > DEPENDENT * max(s, default=1.0))) :]
+    many = np.tile(y, (len(free), 1))
+    many[:, model.frames.at["v"].start : model.frames.at["w"].stop] = scale * free
+    if not len(free):
+        return
+    model.rates(np.zeros(len(free)), many)
+    speeds = [np.sqrt((np.broadcast_to(law.share, (len(free), len(law.eps))) ** 2).sum(axis=0)) for law in model.laws]
+    slowest = max(v.max(initial=0.0) for v in speeds) / SLOWER
+    least = min(np.maximum(v, slowest).min(initial=np.inf) for v in speeds)
+    for law, v in zip(model.laws, speeds, strict=True):
+        law.eps *= np.maximum(v, slowest) / least
 
 
 def _near(given, k: int) -> float:
