@@ -15,6 +15,7 @@ from trunnion.elements.joints import REGISTRY
 from trunnion.importers.intermediate_linkage import GROUND, MOMENTS, Names, floats, listed
 from trunnion.importers.pose_matrices import Pose, along, inverse, least_turn, pose, roll_pitch_yaw
 from trunnion.importers.urdf import TYPES
+from trunnion.scene.data_classes.joints import EndStops
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.file_format.yaml_writer import scene_to_dict
 from trunnion.scene.queries.body_poses_and_joint_sides import sides_of
@@ -138,8 +139,7 @@ class UrdfWriter:
         if plane:
             rotation = rotation @ along(NORMAL)[:3, :3].T
         self.at[child] = pose(outer[:3, 3], rotation)
-        given = self.data["joints"][name]
-        stops = _single(given.get("end_stops"))
+        stops = _single(j.end_stops)
         said = ENDLESS if j.type == TYPES[ENDLESS] and not stops else SAID[j.type]
         joint = self._begun(name, said, sides[0].body, child)
         _origin(joint, inverse(self.at[sides[0].body]) @ inner @ inverse(inverse(self.at[child]) @ outer))
@@ -147,7 +147,7 @@ class UrdfWriter:
             e1 = np.array(NORMAL) if plane else rotation.T @ outer[:3, 0]
             xml.SubElement(joint, "axis", xyz=_words(e1 if forward else -e1))
         if kind.nv == 1:
-            self._devices(name, joint, given, stops)
+            self._devices(name, joint, stops)
 
     def _begun(self, name: str, said: str, parent: str, child: str) -> xml.Element:
         joint = xml.SubElement(self.root, "joint", name=name, type=said)
@@ -155,23 +155,25 @@ class UrdfWriter:
         xml.SubElement(joint, "child", link=child)
         return joint
 
-    def _devices(self, name: str, joint: xml.Element, given: dict[str, Any], stops: dict[str, Any] | None) -> None:
+    def _devices(self, name: str, joint: xml.Element, stops: EndStops | None) -> None:
         """Limits, damping, constant friction and mimic of a joint with one freedom."""
+        j = self.scene.joints[name]
         self.held[name].add("end_stops")
         if joint.get("type") != ENDLESS:
-            ends = {k: repr(float((stops or {}).get(k, sign * UNLIMITED))) for k, sign in (("lower", -1), ("upper", 1))}
+            given = ((k, getattr(stops, k, None), sign * UNLIMITED) for k, sign in (("lower", -1), ("upper", 1)))
+            ends = {k: repr(float(no_end if x is None else x)) for k, x, no_end in given}
             xml.SubElement(joint, "limit", {**ends, "effort": "0", "velocity": "0"})
         dynamics = {}
-        if (damping := _single(given.get("damping"))) is not None:
+        if (damping := _single(j.damping)) is not None:
             dynamics["damping"] = repr(float(damping))
             self.held[name].add("damping")
-        constant = given.get("friction", {})
-        if len(constant) == 1 and (number := constant.get("torque", constant.get("force"))) is not None:
+        said = list(self.data["joints"][name].get("friction", ()))
+        if said in (["torque"], ["force"]) and isinstance(number := getattr(j.friction, said[0]), int | float):
             dynamics["friction"] = repr(float(number))
             self.held[name].add("friction")
         if dynamics:
             xml.SubElement(joint, "dynamics", dynamics)
-        if mimic := self.scene.joints[name].mimic:
+        if mimic := j.mimic:
             ratio, offset = repr(float(mimic.ratio)), repr(float(mimic.offset))
             xml.SubElement(joint, "mimic", joint=mimic.joint, multiplier=ratio, offset=offset)
 

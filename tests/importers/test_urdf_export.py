@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -122,6 +123,22 @@ def test_every_key_that_urdf_does_not_hold_is_listed() -> None:
             assert not [
                 k for k in given if k not in WRITTEN[group] and not (k in notes.replace("end stops", "end_stops") and name in notes)
             ]
+
+
+def test_expressions_are_written_as_numbers_and_friction_over_time_is_left_out() -> None:
+    hinge = {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "b", "friction": {"torque": "{T}"}, "damping": "{c}"}
+    hinge["end_stops"] = {"stiffness": 1e4, "upper": "{2*a}"}
+    fading = {**hinge, "inboard": "b", "outboard": "d", "friction": {"torque": {"ramp": {"start": 1, "end": 0, "duration": 1}}}}
+    body = {"mass": 1, "inertia": [1, 1, 1]}
+    text, notes = urdf_of_scene(scene_from_dict({
+        "parameters": {"T": "0.5 N*m", "c": "0.1 N*m*s/rad", "a": "0.7 rad"}, "bodies": {"b": body, "d": body},
+        "joints": {"hinge": hinge, "fading": fading},
+    }))  # fmt: skip
+    first, second = (ElementTree.fromstring(text).findall("joint")[k] for k in (0, 1))
+    assert {k: float(x) for k, x in first.find("dynamics").items()} == {"damping": 0.1, "friction": 0.5}  # type: ignore[union-attr]
+    assert first.find("limit").get("upper") == "1.4"  # type: ignore[union-attr]
+    assert second.find("dynamics").items() == [("damping", "0.1")]  # type: ignore[union-attr]
+    assert "left out: friction of fading" in notes
 
 
 def test_a_mechanism_that_urdf_cannot_hold_is_refused_with_every_reason() -> None:
