@@ -90,8 +90,9 @@ def test_the_motion_plays_again_after_its_end_and_its_speeds_fit_a_narrow_screen
         speed = page.evaluate(f"{inside}.document.getElementById('speed').getBoundingClientRect().toJSON()")
         assert 0 <= speed["left"] < speed["right"] <= page.evaluate(f"{inside}.innerWidth")
         for _ in range(2):
-            play.click()
-            assert page.evaluate(f"{inside}.document.getElementById('play').ariaPressed") == "true"
+            # one call, because a slow machine would see the end of the motion before a second call
+            button = f"{inside}.document.getElementById('play')"
+            assert page.evaluate(f"({button}.click(), {button}.ariaPressed)") == "true"
             page.evaluate(f"{inside}.seek(1e9)")
             until(page, f"{inside}.document.getElementById('play').ariaPressed === 'false'")
     finally:
