@@ -19,7 +19,7 @@ from trunnion.scene.queries.cuttable_joints import may_be_cut, tied
 from trunnion.scene.queries.mechanism_without_forces import without_forces
 from trunnion.simulation.execution.assembly_notes import assembly_notes
 from trunnion.simulation.runtime_interface import simulation_block as bl
-from trunnion.system.construction.spanning_tree import span, span_without_masses
+from trunnion.system.construction.spanning_tree import light_bodies, span, span_without_masses
 from trunnion.system.construction.system_builder import Built, build
 from trunnion.system.structure.bodies_and_joints import state_coordinates
 
@@ -36,8 +36,8 @@ def build_with_starts(scene: Scene) -> Built:
     """
     built = build(scene)
     unused = [j.name for j in built.system.joints if j.cut and _given(scene, j.name)]
-    points, usual = _points(scene), span_without_masses(scene).cut
-    light = usual != span(scene).cut
+    points, usual = _points(scene), span_without_masses(scene).cut if light_bodies(scene) else ()
+    light = bool(usual) and usual != span(scene).cut
     if not unused and not points and not light:
         return built
     elsewhere = without_forces(scene)
