@@ -93,6 +93,9 @@ typedef struct tr_trial {
 } tr_trial;
 
 /* Phases of a step (``stepping/trial_step.c``). A case of SIMD lanes waits before STAGES and before END. */
+/* Parts of an impact that a record holds. */
+enum { TR_IMPACT_PARTS = 6 };
+
 enum { TR_PHASE_BEGIN, TR_PHASE_STAGES, TR_PHASE_END };
 
 /* Kinds of accepted step. An accepted step waits until its rows are written; then tr_complete_step completes it. */
@@ -171,9 +174,10 @@ typedef struct tr_moreau {
   int steps, calm;
 } tr_moreau;
 
-/* Impacts of joints that only push. solving: whether maps describe impulses alone, over the time `h`, s. */
+/* Impacts of joints that only push. solving: whether maps describe impulses alone, over the time `h`, s. slides: whether pairs of
+ * one rate that slide keep their direction. */
 typedef struct tr_impact {
-  int solving;
+  int solving, slides;
   double h;
 } tr_impact;
 

@@ -128,9 +128,9 @@ int tr_hold_all(tr_sim *s, tr_held *out);
  * consists of inputs (one signal per input) and dy (ny). Requires the Jacobian unit's arrays. Returns 0 on failure. */
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
 
-/* Number of doubles of the record of an impact: [number of phases, state before it, phases (at most 2)]. A phase is [external
- * values, impulses of all multipliers, for each contact its kind and its restitution]. Kinds: 0 no impulse, 1 given rate, 2 given
- * impulse. */
+/* Number of doubles of the record of an impact: [number of parts, state before it, parts (the first TR_IMPACT_PARTS)]. A part
+ * is [external values, impulses of all multipliers, for each contact its kind and its restitution]. Kinds: 0 no impulse, 1 given
+ * rate, 2 given impulse, 3 the part ends where a pair stops sliding (with this pair's index in place of the restitution). */
 size_t tr_impact_length(const tr_sim *s);
 
 /* Advance to `target` by at most `most` steps. After each step, record time, state (with works), and external values at the start

@@ -4,7 +4,7 @@
 
 size_t tr_impact_length(const tr_sim *s) {
   const tr_kernel *k = s->k;
-  return 1 + s->ny + s->nworks + 2 * ((size_t)k->nx + k->active + k->neta + 2 * k->nunilateral);
+  return 1 + s->ny + s->nworks + TR_IMPACT_PARTS * ((size_t)k->nx + k->active + k->neta + 2 * k->nunilateral);
 }
 
 int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *begin, double *x,

@@ -7,18 +7,24 @@
 /* relative to the largest impulse, or the largest speed: smaller impulses and speeds are round-off, and have no meaningful sign */
 #define IMPULSE_NOTHING 1e-11
 #define PIVOTS_MOST 60      /* largest number of steps of the search, which opens or closes one contact per step */
+#define PARTS_MOST 40       /* largest number of parts of a phase; each part ends where the sliding of a pair stops */
 
 /* One phase of an impact. at: contacts that touch. target: rate of each gap after the impact if its contact is closed, m/s. least:
  * lower bound of the impulse of each contact, N s. closed, impulse: results. */
 typedef struct tr_phase {
   const char *at;
-  const double *target, *least;
+  const double *target;
+  double *least;
   char *closed;
   double *impulse;
 } tr_phase;
 
-/* Solve for the impulses with the contacts in `closed`. rate: rates of the gaps before the impact. Returns 0 on failure. */
-static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phase *p, const double *rate) {
+/* Whether pair i has a direction of sliding that an impact can reverse. */
+static int tr_has_one_direction(const tr_sim *s, int i) { return tr_is_set_valued(s, i) && tr_pair_of(s, i)->nrates == 1; }
+
+/* Solve for the impulses with the contacts in `closed`. rate: rates of the gaps before the impact. slides: whether pairs that slide
+ * keep their direction; otherwise their rates after the impact decide. Returns 0 on failure. */
+static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phase *p, const double *rate, int slides) {
   const double h = IMPACT_TIME / s->set.rate;
   double *mid = TR_A(s, ytmp);
   for (int c = 0; c < s->k->nunilateral; ++c) {
@@ -34,8 +40,10 @@ static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phas
     if (tr_is_at_rest(s, i)) tr_mode_of(s, i)->flag = TR_STUCK;
     else tr_freeze_direction(s, i);
   }
+  for (int i = 0; i < s->k->nsliders && slides; ++i)
+    if (tr_has_one_direction(s, i) && !tr_is_at_rest(s, i)) tr_mode_of(s, i)->flag = TR_SLIPS;
   tr_copy(tr_state_width(s), y, mid);
-  s->impact = (tr_impact){1, h};
+  s->impact = (tr_impact){1, slides, h};
   s->moreau.frozen = 0, s->moreau.decides = INFINITY, s->moreau.keeps = 0;
   const int ok = tr_moreau_solve(s, t - 0.5 * h, y, mid, h); /* the maps belong to the middle of the impulse step, here to t */
   s->impact.solving = 0;
@@ -60,11 +68,11 @@ static int tr_find_worst_contact(tr_sim *s, const tr_phase *p, const double *rat
   return worst;
 }
 
-/* Apply the impulses of the last solution to the rates of y. The work that friction takes is added to the works. */
-static void tr_apply_impulses(tr_sim *s, double t, double *y) {
+/* Apply `part` of the impulses of the last solution to the rates of y. The work that friction takes is added to the works. */
+static void tr_apply_impulses(tr_sim *s, double t, double *y, double part) {
   const tr_kernel *k = s->k;
   const int a = k->active, e = k->neta;
-  const double h = s->impact.h;
+  const double h = part * s->impact.h;
   double dlam[a + 1], deta[e + 1], response[e + 1], dv[k->nv + 1], before[k->nrates + 1];
   for (int i = 0; i < a; ++i) dlam[i] = h * TR_A(s, z)[i];
   for (int i = 0; i < e; ++i) deta[i] = h * TR_A(s, z)[a + i], response[i] = k->sets ? map_Qe(k, TR_A(s, maps))[i + i * e] : 1.0;
@@ -82,21 +90,50 @@ static void tr_apply_impulses(tr_sim *s, double t, double *y) {
   }
 }
 
-/* Make one phase. Returns 0 if no impulses satisfy all conditions. */
-static int tr_make_phase(tr_sim *s, double t, double *y, const tr_phase *p) {
-  double gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
-  tr_set_time(s, t);
-  tr_evaluate_gaps(s, y, gap, rate);
+/* Find the impulses with which all touching contacts fulfil their conditions. Returns 0 if there are none. */
+static int tr_find_impulses(tr_sim *s, double t, const double *y, const tr_phase *p, const double *rate) {
   for (int it = 0; it < PIVOTS_MOST; ++it) {
-    if (!tr_solve_impulses(s, t, y, p, rate)) return 0;
+    if (!tr_solve_impulses(s, t, y, p, rate, 0)) return 0;
     const int worst = tr_find_worst_contact(s, p, rate);
-    if (worst < 0) {
-      tr_apply_impulses(s, t, y);
-      return 1;
-    }
+    if (worst < 0) return 1;
     p->closed[worst] = !p->closed[worst];
   }
   return 0;
+}
+
+/* Part of the impulses after which the first sliding pair stops; 1 if none stops. *which: this pair. before, after: all rates before
+ * and after the impulses. */
+static double tr_find_first_stop(const tr_sim *s, const double *before, const double *after, int *which) {
+  const double rest = tr_rest_speed(tr_speed_unit(s));
+  double first = 1.0;
+  *which = -1;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    const double lever = TR_A(s, lever)[pair->eta0], v = before[pair->rate0], u = after[pair->rate0];
+    if (!tr_has_one_direction(s, i) || fabs(v) * lever <= rest || (v * u > 0.0 && fabs(u) * lever > rest)) continue;
+    if (*which < 0 || v / (v - u) < first) first = fmin(v / (v - u), 1.0), *which = i;
+  }
+  return first;
+}
+
+/* Make the part of a phase that ends where the first pair stops sliding (Routh). Before, the impulses of the contacts grow in the
+ * ratio of the last solution, and sliding pairs keep their directions. *which: the pair that stops. Returns the part of the last
+ * solution's impulses that was applied to `y`; 0 if no pair stops. */
+static double tr_make_part(tr_sim *s, double t, double *y, const tr_phase *p, const double *rate, int *which) {
+  const int n = s->k->nunilateral;
+  char none[n + 1];
+  double old[tr_state_width(s)], before[s->k->nrates + 1];
+  memset(none, 0, n), memcpy(old, y, sizeof old);
+  const tr_phase grown = {p->at, p->target, p->impulse, none, p->impulse};
+  if (!tr_solve_impulses(s, t, y, &grown, rate, 1)) return 0.0;
+  memcpy(before, map_rates(s->k, TR_A(s, maps)), sizeof(double) * s->k->nrates);
+  tr_apply_impulses(s, t, y, 1.0);
+  const double part = tr_find_first_stop(s, before, map_rates(s->k, TR_A(s, maps)), which);
+  memcpy(y, old, sizeof old);
+  if (*which < 0) return 0.0;
+  tr_evaluate_maps_at(s, t, y);
+  tr_apply_impulses(s, t, y, part);
+  return part;
 }
 
 /* Begin the record of an impact from the state y (tr_impact_length). */
@@ -105,15 +142,45 @@ static void tr_record_impact(tr_sim *s, const double *y) {
   if (out) out[0] = 0.0, memcpy(out + 1, y, sizeof(double) * (s->ny + s->nworks));
 }
 
-static void tr_record_phase(tr_sim *s, const tr_phase *p, const double *restitution) {
+/* Record a part of a phase. stops: pair that stops sliding at its end; −1: the phase ends. part: applied part of the impulses. */
+static void tr_record_phase(tr_sim *s, const tr_phase *p, const double *restitution, int stops, double part) {
   const tr_kernel *k = s->k;
   const int nz = k->active + k->neta, n = k->nunilateral;
   double *out = s->step.impacts;
-  if (!out) return;
-  double *phase = out + 1 + s->ny + s->nworks + (size_t)out[0]++ * (k->nx + nz + 2 * n), *of = phase + k->nx + nz;
+  if (!out || ++out[0] > TR_IMPACT_PARTS) return;
+  double *phase = out + 1 + s->ny + s->nworks + (size_t)(out[0] - 1.0) * (k->nx + nz + 2 * n), *of = phase + k->nx + nz;
   memcpy(phase, TR_A(s, x), sizeof(double) * k->nx);
-  for (int i = 0; i < nz; ++i) phase[k->nx + i] = s->impact.h * TR_A(s, z)[i];
-  for (int c = 0; c < n; ++c) of[2 * c] = p->at[c] && p->closed[c] ? 1.0 : p->least[c] > 0.0 ? 2.0 : 0.0, of[2 * c + 1] = restitution[c];
+  for (int i = 0; i < nz; ++i) phase[k->nx + i] = part * s->impact.h * TR_A(s, z)[i];
+  for (int c = 0; c < n; ++c) {
+    of[2 * c] = p->at[c] && p->closed[c] ? 1.0 : p->least[c] > 0.0 ? 2.0 : 0.0, of[2 * c + 1] = restitution[c];
+    if (stops >= 0 && p->impulse[c] > 0.0) of[2 * c] = 3.0, of[2 * c + 1] = stops;
+  }
+}
+
+/* Make one phase in parts (theory, "Contact that begins and ends"). Returns 0 if no impulses satisfy all conditions. */
+static int tr_make_phase(tr_sim *s, double t, double *y, const tr_phase *p, const double *restitution) {
+  const int n = s->k->nunilateral;
+  double gap[n + 1], rate[n + 1], sum[n + 1], old[tr_state_width(s)], before[s->k->nrates + 1], part = 1.0;
+  memset(sum, 0, sizeof sum);
+  for (int parts = 0; parts < PARTS_MOST; ++parts) {
+    int which;
+    tr_set_time(s, t);
+    tr_evaluate_gaps(s, y, gap, rate);
+    if (!tr_find_impulses(s, t, y, p, rate)) return 0;
+    memcpy(old, y, sizeof old), memcpy(before, map_rates(s->k, TR_A(s, maps)), sizeof(double) * s->k->nrates);
+    tr_apply_impulses(s, t, y, 1.0);
+    tr_find_first_stop(s, before, map_rates(s->k, TR_A(s, maps)), &which);
+    if (which < 0 || !(part > 0.0)) {
+      tr_record_phase(s, p, restitution, -1, 1.0);
+      for (int c = 0; c < n; ++c) p->impulse[c] += sum[c];
+      return 1;
+    }
+    memcpy(y, old, sizeof old);
+    part = tr_make_part(s, t, y, p, rate, &which);
+    if (part > 0.0) tr_record_phase(s, p, restitution, which, part);
+    for (int c = 0; c < n; ++c) sum[c] += part * p->impulse[c], p->least[c] = fmax(p->least[c] - part * p->impulse[c], 0.0);
+  }
+  return 0;
 }
 
 static int tr_make_impact(tr_sim *s, double t, double *y, const char *at, const double *restitution) {
@@ -125,15 +192,12 @@ static int tr_make_impact(tr_sim *s, double t, double *y, const char *at, const 
   for (int c = 0; c < n; ++c) target[c] = poisson ? 0.0 : -restitution[c] * fmin(rate[c], 0.0), least[c] = 0.0, closed[c] = at[c];
   const tr_phase p = {at, target, least, closed, impulse};
   tr_record_impact(s, y);
-  if (!tr_make_phase(s, t, y, &p)) return 0;
-  tr_record_phase(s, &p, restitution);
+  if (!tr_make_phase(s, t, y, &p, restitution)) return 0;
   double most = 0.0;
   for (int c = 0; c < n && poisson; ++c) {
     least[c] = at[c] ? restitution[c] * fmax(impulse[c], 0.0) : 0.0, closed[c] = at[c] && least[c] == 0.0;
     most = fmax(most, least[c]);
   }
   if (!(most > 0.0)) return 1;
-  if (!tr_make_phase(s, t, y, &p)) return 0;
-  tr_record_phase(s, &p, restitution);
-  return 1;
+  return tr_make_phase(s, t, y, &p, restitution);
 }

@@ -27,6 +27,12 @@ static int tr_is_sliding_fast(const tr_sim *s, int i) {
   return s->moreau.frozen && pair->nrates > 1 && !pair->cone && !tr_is_stuck(s, i) && tr_pair_speed(s, i) > tr_onset_speed(s);
 }
 
+/* Whether pair i keeps the direction of its present rates in an impulse step. Requires maps of the current state. */
+static int tr_keeps_direction(const tr_sim *s, int i) {
+  if (!s->impact.solving || !s->impact.slides) return tr_is_sliding_fast(s, i);
+  return tr_pair_of(s, i)->nrates == 1 && !tr_is_stuck(s, i) && !tr_is_at_rest(s, i);
+}
+
 /* After a failed decision, search from modes that follow from the rates alone: moving pairs slip along their rate, other pairs
  * stick. Requires maps of the current state. Returns 1 on success. */
 static int tr_decide_by_rates(tr_sim *s, const int *rest, int n) {
@@ -68,7 +74,7 @@ static int tr_moreau_solve(tr_sim *s, double t, const double *y, double *mid, do
   if (k->active + k->neta == 0) return 1;
   for (int i = 0; i < k->nsliders; ++i) {
     if (!tr_is_set_valued(s, i)) continue;
-    if (tr_is_sliding_fast(s, i)) tr_freeze_direction(s, i), runs = 1;
+    if (tr_keeps_direction(s, i)) tr_freeze_direction(s, i), runs = 1;
     else rest[n++] = i, tr_mode_of(s, i)->tilt = 0.0; /* no pair yields in an impulse step */
   }
   s->moreau.h = h;

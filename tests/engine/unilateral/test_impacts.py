@@ -47,22 +47,25 @@ def test_a_block_bounces_at_the_instants_of_the_closed_form_and_rests_at_their_l
     assert -r["table.reaction.force[1]"][-1] == pytest.approx(2.0 * G, rel=1e-12)
 
 
+def line(W: np.ndarray, mu: float, slide: float) -> np.ndarray:
+    """Impulses per unit of the normal impulse: the point slides, or sticks if the cone holds it, or starts to slide."""
+    hold = -W[1, 0] / W[1, 1]
+    return np.array([1.0, -mu * np.sign(slide) if slide else np.clip(hold, -mu, mu)])
+
+
 def impulses(W: np.ndarray, v: np.ndarray, mu: float, target: float, least: float) -> np.ndarray:
-    """Normal and tangential impulse. The normal impulse gives the point the rate ``target`` along the normal, or is the least
-    impulse. The point sticks if friction is within the cone, otherwise it slips."""
-
-    def normal(line: np.ndarray) -> np.ndarray:
-        """Impulses along a line p = line · pn, for the rate ``target``."""
-        return line * max((target - v[0]) / (W[0] @ line), least)
-
-    stick = np.linalg.solve(W, np.array([target - v[0], -v[1]]))
-    if stick[0] < least:
-        stick = np.array([least, -(v[1] + W[1, 0] * least) / W[1, 1]])
-    if abs(stick[1]) <= mu * stick[0]:
-        return stick
-    found = [p for s in (1.0, -1.0) for p in [normal(np.array([1.0, -s * mu]))] if (v + W @ p)[1] * s >= 0.0]
-    assert len(found) == 1
-    return found[0]
+    """Normal and tangential impulse by Routh's path: friction opposes the sliding at each instant of the impact. The path ends at
+    the rate ``target`` along the normal, but not before the normal impulse is ``least``."""
+    p, slide = np.zeros(2), v[1]
+    while True:
+        way = line(W, mu, slide)
+        rates, now = W @ way, v + W @ p
+        end = (target - now[0]) / rates[0] if rates[0] > 0.0 else np.inf
+        end = max(end, least - p[0])
+        stop = -slide / rates[1] if slide * rates[1] < 0.0 else np.inf
+        if end <= stop:
+            return p + end * way
+        p, slide = p + stop * way, 0.0
 
 
 @pytest.mark.default_cases(10)
