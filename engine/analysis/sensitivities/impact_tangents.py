@@ -2,7 +2,7 @@
 
 The impact occurs where the gap g(y, p) is 0. A unit change of the parameters therefore shifts the instant of the impact by dt =
 −(g_y S + g_p)/ġ. The impact maps the state by a function h, so S⁺ = h_y (S⁻ + ẏ⁻ dt) + h_p − ẏ⁺ dt. The function h solves one or
-two impulse problems, which the run has recorded. Each problem is a step of negligible length. Its multipliers are the impulses
+more impulse problems, which the run has recorded. Each problem is a step of negligible length. Its multipliers are the impulses
 divided by this length, so finite forces are negligible.
 """
 
@@ -24,15 +24,15 @@ SHORT = 1e-12
 TOGETHER = 1e-6
 """Contacts count as closing together for all parameters if the derivatives of their instants are nearly equal: within this value,
 relative to their size."""
-FREE, RATE, IMPULSE = range(3)
-"""Quantity of a contact that a phase of an impact prescribes: zero impulse (FREE), the rate after the phase (RATE), or the impulse
-(IMPULSE)."""
+FREE, RATE, IMPULSE, STOP = range(4)
+"""Quantity of a contact that a part of an impact prescribes: zero impulse (FREE), the rate after the part (RATE), or the impulse
+(IMPULSE). STOP: the part ends where a pair stops sliding."""
 
 
 @dataclass(frozen=True)
 class Phase:
-    """A recorded phase of an impact. x: external values; impulses: impulses of all multipliers; given: FREE, RATE or IMPULSE for
-    each contact; restitution: coefficient of each contact."""
+    """A recorded part of an impact. x: external values; impulses: impulses of all multipliers; given: FREE, RATE, IMPULSE or STOP
+    for each contact; restitution: coefficient of each contact, or index of the pair that stops."""
 
     x: np.ndarray
     impulses: np.ndarray
@@ -53,7 +53,10 @@ class Crossing:
 
 class ImpactTangents:
     """Derivatives across the impact at the end of a step. S: derivatives of states and integrals before the impact ((ny + nquad) ×
-    m). dp: derivatives of the unit's parameters (np × m). rate: rate scale of the mechanism, 1/s."""
+    m). dp: derivatives of the unit's parameters (np × m). rate: rate scale of the mechanism, 1/s.
+
+    approach: values and derivatives before the impact. made, compression: [impulses, their derivatives] (nz × (1 + m)) since the
+    start of the phase, and in the phase of compression."""
 
     def __init__(self, unit: SensitivityUnit, step: RecordedStep, S: np.ndarray, dp: np.ndarray, rate: float):
         self.unit, self.step, self.S, self.dp, self.h = unit, step, S, dp, SHORT / rate
@@ -69,12 +72,18 @@ class ImpactTangents:
         df, _ = u.total_derivatives(self.S, self.dp)
         flow = u.total_derivatives(f[:n, None], np.zeros((u.np, 1)), 1.0)[0][:, 0]
         phases = list(self._phases())
+        self._refuse_stops_without_derivative(phases)
         at = [c for c in range(len(self.contacts)) if self._closes(c, phases[0], f)]
         shifts = [-df[self.gap + 3 * c] / flow[self.gap + 3 * c] for c in at]
         shift, spread = shifts[0], max(float(np.abs(s - shifts[0]).max(initial=0.0)) for s in shifts)
-        dy, y, last = self.S + np.outer(f[:n], shift), self.before.copy(), None
+        self.approach: tuple[np.ndarray, np.ndarray] | None = None
+        self.made = self.compression = np.zeros((u.nz, 1 + len(shift)))
+        dy, y = self.S + np.outer(f[:n], shift), self.before.copy()
         for phase in phases:
-            y, dy, last = self._phase(phase, y, dy, shift, last)
+            y, dy, impulses = self._phase(phase, y, dy, shift)
+            self.made = self.made + impulses
+            if STOP not in phase.given:
+                self.compression, self.made = self.made, np.zeros_like(self.made)
         after, _ = u.solve(x1, self.step.y1[: u.ny], np.zeros(u.nz))
         size = max(float(np.abs(shift).max(initial=0.0)), 1e-300)
         return Crossing(dy - np.outer(after[:n], shift), self.contacts[at[0]].name, shift, spread <= TOGETHER * size)
@@ -84,32 +93,41 @@ class ImpactTangents:
         contact = self.contacts[c].unilateral
         assert contact is not None
         was_open = self.step.x[self.unit.system.external.stop(contact.flag)] < 0.5
-        return bool(was_open and phase.given[c] == RATE and f[self.gap + 3 * c + 1] < 0.0)
+        return bool(was_open and phase.given[c] in (RATE, STOP) and f[self.gap + 3 * c + 1] < 0.0)
+
+    def _refuse_stops_without_derivative(self, phases: list[Phase]) -> None:
+        """Raise SimulationError where a pair stops sliding in an impact of several contacts: the derivative of the ratio of their
+        impulses is not computed."""
+        if any((p.given == STOP).sum() > 1 for p in phases):
+            raise SimulationError("no derivative: a joint stops sliding within an impact of several contacts, and slides on")
 
     def _phases(self) -> Iterator[Phase]:
         u, log = self.unit, self.step.impact
         nx, count = len(self.step.x), len(self.contacts)
         at, size = 1 + len(self.step.y1), nx + u.nz + 2 * count
+        if int(log[0]) * size > len(log) - at:
+            raise SimulationError("no derivative: joints stop sliding too often within an impact")
         for k in range(int(log[0])):
             part = log[at + k * size : at + (k + 1) * size]
             given = part[nx + u.nz :].reshape(-1, 2)
             yield Phase(part[:nx].copy(), part[nx : nx + u.nz].copy(), given[:, 0], given[:, 1])
 
-    def _phase(
-        self, phase: Phase, y: np.ndarray, dy: np.ndarray, shift: np.ndarray, last: tuple[np.ndarray, np.ndarray] | None
-    ) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
-        """(state, its derivatives, (impulses, their derivatives)) after a phase. last: (impulses, their derivatives) of the
-        previous phase, or None."""
+    def _phase(self, phase: Phase, y: np.ndarray, dy: np.ndarray, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(state, its derivatives, [impulses, their derivatives]) after a part of an impact."""
         u, h, a = self.unit, self.h, self.n
-        poisson = bool(self.contacts[0].unilateral and self.contacts[0].unilateral.poisson)
+        v = slice(u.system.nq, u.system.nq + u.system.nv)
         z = phase.impulses / h
         phase.x[INSIDE] = self.step.x[INSIDE]
-        f = u.evaluate(phase.x, y[: u.ny], z)
+        f = u.evaluate(phase.x, y[: u.ny], z).copy()
         seeds = np.zeros((len(shift), u.width))
         seeds[:, : u.ny], seeds[:, u.ny + u.nz : -1], seeds[:, -1] = dy[: u.ny].T, self.dp.T, shift
         df = u.directional_derivatives(seeds)
         residual = df[a : a + u.nz].copy()
         u.Rz = u.multiplier_derivatives()
+        if self.approach is None:
+            self.approach = f, df
+        first, dfirst = self.approach
+        poisson = bool(self.contacts[0].unilateral and self.contacts[0].unilateral.poisson)
         for row, k in self._stuck_rows(phase.x):
             residual[row] += df[k] / h
         for c, j in enumerate(self.contacts):
@@ -117,17 +135,41 @@ class ImpactTangents:
             e, de = phase.restitution[c], df[gap + 2] if phase.restitution[c] else 0.0
             if phase.given[c] == RATE:
                 residual[row] += df[gap + 1] / h
-                if not poisson and f[gap + 1] < 0.0:
-                    residual[row] += (de * f[gap + 1] + e * df[gap + 1]) / h
-            elif phase.given[c] == IMPULSE and last is not None:
+                if not poisson and first[gap + 1] < 0.0:
+                    residual[row] += (de * first[gap + 1] + e * dfirst[gap + 1]) / h
+            elif phase.given[c] == STOP:
+                Jp, dv = self._rate_of_stopped_pair(int(e), phase.x, (y, f, z), seeds, df)
+                u.Rz[a + row], residual[row] = Jp @ u.Rz[v], dv / h
+            elif phase.given[c] == IMPULSE:
                 u.Rz[a + row] = np.eye(u.nz)[row]
-                residual[row] = -(de * last[0][row] + e * last[1][row]) / h
+                residual[row] = -(de * self.compression[row, 0] + e * self.compression[row, 1:] - self.made[row, 1:]) / h
         dz = -u._solve(residual)
         change = df[:a] + u.Rz[:a] @ dz
-        v = slice(u.system.nq, u.system.nq + u.system.nv)
         y, dy = y.copy(), dy.copy()
         y[v], dy[v] = y[v] + h * f[v], dy[v] + h * change[v]
-        return y, dy, (phase.impulses, h * dz)
+        return y, dy, np.column_stack([phase.impulses, h * dz])
+
+    def _rate_of_stopped_pair(
+        self, pair: int, x: np.ndarray, at: tuple[np.ndarray, np.ndarray, np.ndarray], seeds: np.ndarray, df: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(derivatives of the pair's rate after a part by the rates v (nv), its derivatives (m) at given multipliers). at: state
+        before the part, values there, and multipliers; seeds, df: of ``directional_derivatives`` before the part."""
+        u, (y, f, z), v = self.unit, at, slice(self.unit.system.nq, self.unit.system.nq + self.unit.system.nv)
+        row = next(row for k, row in enumerate(self._rate_rows()) if k == pair)
+        after, along, each = y[: u.ny].copy(), seeds.copy(), np.zeros((u.system.nv, u.width))
+        after[v] += self.h * f[v]
+        along[:, v] += self.h * df[v].T
+        each[:, v] = np.eye(u.system.nv)
+        u.evaluate(x, after, z)
+        return u.directional_derivatives(each)[row].copy(), u.directional_derivatives(along)[row].copy()
+
+    def _rate_rows(self) -> Iterator[int]:
+        """The index among the values of the first rate of each pair."""
+        at = self.unit.n["residuals"] + self.n
+        for j in self.unit.system.frictional:
+            assert j.friction is not None
+            yield from (at + s.eta[0] - j.friction.eta[0] for s in j.friction.sliders)
+            at += j.kind.nv
 
     def _stuck_rows(self, x: np.ndarray) -> Iterator[tuple[int, int]]:
         """(row among the residuals, index of the rate) of each component of a pair that sticks in a phase. Raises SimulationError

@@ -7,6 +7,7 @@
 /* relative to the largest impulse, or the largest speed: smaller impulses and speeds are round-off, and have no meaningful sign */
 #define IMPULSE_NOTHING 1e-11
 #define PIVOTS_MOST 60      /* largest number of steps of the search, which opens or closes one contact per step */
+#define SAME_RATES 1e-9     /* relative to the largest change of a rate: rates that differ by less are the same */
 #define PARTS_MOST 40       /* largest number of parts of a phase; each part ends where the sliding of a pair stops */
 
 /* One phase of an impact. at: contacts that touch. target: rate of each gap after the impact if its contact is closed, m/s. least:
@@ -142,42 +143,66 @@ static void tr_record_impact(tr_sim *s, const double *y) {
   if (out) out[0] = 0.0, memcpy(out + 1, y, sizeof(double) * (s->ny + s->nworks));
 }
 
+/* Place of part `i` in the record of an impact. */
+static double *tr_recorded_part(const tr_sim *s, int i) {
+  const tr_kernel *k = s->k;
+  return s->step.impacts + 1 + s->ny + s->nworks + (size_t)i * (k->nx + k->active + k->neta + 2 * k->nunilateral);
+}
+
 /* Record a part of a phase. stops: pair that stops sliding at its end; −1: the phase ends. part: applied part of the impulses. */
-static void tr_record_phase(tr_sim *s, const tr_phase *p, const double *restitution, int stops, double part) {
+static void tr_record_part(tr_sim *s, const tr_phase *p, const double *restitution, int stops, double part) {
   const tr_kernel *k = s->k;
   const int nz = k->active + k->neta, n = k->nunilateral;
-  double *out = s->step.impacts;
-  if (!out || ++out[0] > TR_IMPACT_PARTS) return;
-  double *phase = out + 1 + s->ny + s->nworks + (size_t)(out[0] - 1.0) * (k->nx + nz + 2 * n), *of = phase + k->nx + nz;
-  memcpy(phase, TR_A(s, x), sizeof(double) * k->nx);
-  for (int i = 0; i < nz; ++i) phase[k->nx + i] = part * s->impact.h * TR_A(s, z)[i];
+  if (!s->step.impacts || ++s->step.impacts[0] > TR_IMPACT_PARTS) return;
+  double *out = tr_recorded_part(s, (int)s->step.impacts[0] - 1), *of = out + k->nx + nz;
+  memcpy(out, TR_A(s, x), sizeof(double) * k->nx);
+  for (int i = 0; i < nz; ++i) out[k->nx + i] = part * s->impact.h * TR_A(s, z)[i];
   for (int c = 0; c < n; ++c) {
     of[2 * c] = p->at[c] && p->closed[c] ? 1.0 : p->least[c] > 0.0 ? 2.0 : 0.0, of[2 * c + 1] = restitution[c];
     if (stops >= 0 && p->impulse[c] > 0.0) of[2 * c] = 3.0, of[2 * c + 1] = stops;
   }
 }
 
-/* Make one phase in parts (theory, "Contact that begins and ends"). Returns 0 if no impulses satisfy all conditions. */
+/* Keep in the record either the phase as a whole, which is part `first`, or the parts after it. */
+static void tr_choose_record(tr_sim *s, int first, int whole) {
+  if (!s->step.impacts) return;
+  const int made = (int)s->step.impacts[0], kept = made < TR_IMPACT_PARTS ? made : TR_IMPACT_PARTS;
+  if (!whole && kept > first) memmove(tr_recorded_part(s, first), tr_recorded_part(s, first + 1), sizeof(double) * (tr_recorded_part(s, kept) - tr_recorded_part(s, first + 1)));
+  s->step.impacts[0] = whole ? first + 1 : s->step.impacts[0] - 1.0;
+}
+
+/* Whether two states have the same rates. start: the state before the impact. */
+static int tr_are_rates_same(const tr_sim *s, const double *y, const double *other, const double *start) {
+  double most = 0.0, apart = 0.0;
+  for (int i = s->k->nq; i < s->k->nq + s->k->nv; ++i) most = fmax(most, fabs(other[i] - start[i])), apart = fmax(apart, fabs(other[i] - y[i]));
+  return apart <= SAME_RATES * most;
+}
+
+/* Make one phase in parts, each of which ends where a pair stops sliding (theory, "Contact that begins and ends"). If the rates
+ * after the phase are those of one part, the record holds this one. Returns 0 if no impulses satisfy all conditions. */
 static int tr_make_phase(tr_sim *s, double t, double *y, const tr_phase *p, const double *restitution) {
-  const int n = s->k->nunilateral;
-  double gap[n + 1], rate[n + 1], sum[n + 1], old[tr_state_width(s)], before[s->k->nrates + 1], part = 1.0;
-  memset(sum, 0, sizeof sum);
+  const int n = s->k->nunilateral, width = tr_state_width(s), first = s->step.impacts ? (int)s->step.impacts[0] : 0;
+  double gap[n + 1], rate[n + 1], sum[n + 1], start[width], whole[width], old[width], before[s->k->nrates + 1], part = 1.0;
+  memset(sum, 0, sizeof sum), memcpy(start, y, sizeof start);
   for (int parts = 0; parts < PARTS_MOST; ++parts) {
-    int which;
+    int stops;
     tr_set_time(s, t);
     tr_evaluate_gaps(s, y, gap, rate);
     if (!tr_find_impulses(s, t, y, p, rate)) return 0;
     memcpy(old, y, sizeof old), memcpy(before, map_rates(s->k, TR_A(s, maps)), sizeof(double) * s->k->nrates);
     tr_apply_impulses(s, t, y, 1.0);
-    tr_find_first_stop(s, before, map_rates(s->k, TR_A(s, maps)), &which);
-    if (which < 0 || !(part > 0.0)) {
-      tr_record_phase(s, p, restitution, -1, 1.0);
+    tr_find_first_stop(s, before, map_rates(s->k, TR_A(s, maps)), &stops);
+    const int ends = stops < 0 || !(part > 0.0);
+    if (ends || parts == 0) tr_record_part(s, p, restitution, -1, 1.0);
+    if (parts == 0) memcpy(whole, y, sizeof whole);
+    if (ends) {
       for (int c = 0; c < n; ++c) p->impulse[c] += sum[c];
+      if (parts > 0) tr_choose_record(s, first, tr_are_rates_same(s, y, whole, start));
       return 1;
     }
     memcpy(y, old, sizeof old);
-    part = tr_make_part(s, t, y, p, rate, &which);
-    if (part > 0.0) tr_record_phase(s, p, restitution, which, part);
+    part = tr_make_part(s, t, y, p, rate, &stops);
+    if (part > 0.0) tr_record_part(s, p, restitution, stops, part);
     for (int c = 0; c < n; ++c) sum[c] += part * p->impulse[c], p->least[c] = fmax(p->least[c] - part * p->impulse[c], 0.0);
   }
   return 0;
