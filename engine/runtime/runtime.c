@@ -113,6 +113,8 @@ TR_RARE
 TR_OFTEN
 #include "stepping/singular_step_limits.c"
 TR_RARE
+#include "stepping/unilateral_impulses.c"
+#include "stepping/unilateral_impact_parts.c"
 #include "stepping/unilateral_impact.c"
 #include "stepping/unilateral_contacts.c"
 TR_OFTEN

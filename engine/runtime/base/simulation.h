@@ -174,8 +174,11 @@ typedef struct tr_moreau {
   int steps, calm;
 } tr_moreau;
 
-/* Impacts of joints that only push. solving: whether maps describe impulses alone, over the time `h`, s. slides: whether pairs of
- * one rate that slide keep their direction. */
+/* Which sliding pairs keep the directions of their rates in an impulse problem: none, those of one rate, or also those of several. */
+enum { TR_SLIDES_NONE, TR_SLIDES_ONE_WAY, TR_SLIDES_ALL };
+
+/* Impacts of joints that only push. solving: whether maps describe impulses alone, over the time `h`, s. slides: which sliding pairs
+ * keep their direction. */
 typedef struct tr_impact {
   int solving, slides;
   double h;

@@ -11,6 +11,37 @@ static void tr_record_reversals(tr_sim *s, double theta_end);
 
 static void tr_move_run_to(tr_sim *s, double t, const double *y);
 
+/* One phase of an impact. at: contacts that touch. target: rate of each gap after the impact if its contact is closed, m/s. least:
+ * lower bound of the impulse of each contact, N s. closed, impulse: results. */
+typedef struct tr_phase {
+  const char *at;
+  const double *target;
+  double *least;
+  char *closed;
+  double *impulse;
+} tr_phase;
+
+/* Solve for the impulses with the contacts in `closed`. rate: rates of the gaps before the impact. slides: which sliding pairs keep
+ * their direction; for the others, the rates after the impact decide. Returns 0 on failure. */
+static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phase *p, const double *rate, int slides);
+
+/* Find the impulses with which all touching contacts fulfil their conditions. Returns 0 if there are none. */
+static int tr_find_impulses(tr_sim *s, double t, const double *y, const tr_phase *p, const double *rate);
+
+/* Apply `part` of the impulses of the last solution to the rates of y. The work that friction takes is added to the works. */
+static void tr_apply_impulses(tr_sim *s, double t, double *y, double part);
+
+/* Whether the friction of a pair that slides in several directions turns between the rates `before` and `after`. */
+static int tr_has_slip_turned(const tr_sim *s, const double *before, const double *after);
+
+/* Part of the impulses after which the first sliding pair stops; 1 if none stops. *which: this pair. before, after: all rates before
+ * and after the impulses. */
+static double tr_find_first_stop(const tr_sim *s, const double *before, const double *after, int *which);
+
+/* Make the part of a phase that ends where the first pair stops sliding. Returns the part of the last solution's impulses that was
+ * applied to `y`; 0 if no pair stops. *which: the pair that stops. */
+static double tr_make_part(tr_sim *s, double t, double *y, const tr_phase *p, const double *rate, int *which);
+
 /* Change the rates of y at time t by the impulses of an impact. at: for each joint that only pushes, whether its contact touches.
  * Returns 0 if no impulses satisfy all conditions. */
 static int tr_make_impact(tr_sim *s, double t, double *y, const char *at, const double *restitution);

@@ -27,10 +27,15 @@ static int tr_is_sliding_fast(const tr_sim *s, int i) {
   return s->moreau.frozen && pair->nrates > 1 && !pair->cone && !tr_is_stuck(s, i) && tr_pair_speed(s, i) > tr_onset_speed(s);
 }
 
+static int tr_slides_on(const tr_sim *s, int i, int slides) {
+  const int several = tr_pair_of(s, i)->nrates > 1;
+  return tr_is_set_valued(s, i) && slides && (!several || (slides == TR_SLIDES_ALL && !tr_pair_of(s, i)->cone));
+}
+
 /* Whether pair i keeps the direction of its present rates in an impulse step. Requires maps of the current state. */
 static int tr_keeps_direction(const tr_sim *s, int i) {
   if (!s->impact.solving || !s->impact.slides) return tr_is_sliding_fast(s, i);
-  return tr_pair_of(s, i)->nrates == 1 && !tr_is_stuck(s, i) && !tr_is_at_rest(s, i);
+  return tr_slides_on(s, i, s->impact.slides) && !tr_is_stuck(s, i) && !tr_is_at_rest(s, i);
 }
 
 /* After a failed decision, search from modes that follow from the rates alone: moving pairs slip along their rate, other pairs

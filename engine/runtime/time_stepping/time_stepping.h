@@ -31,4 +31,6 @@ static int tr_make_moreau_step(tr_sim *s, double limit);
 
 /* Method auto: switch to impulse steps when events accumulate, and back after a calm period. */
 static void tr_choose_moreau(tr_sim *s);
+/* Whether pair i keeps its direction in an impulse problem if it slides. slides: TR_SLIDES_NONE … TR_SLIDES_ALL. */
+static int tr_slides_on(const tr_sim *s, int i, int slides);
 #endif

@@ -5,6 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
 
 import trunnion
 from tests.default_case_selection import crossed
@@ -95,6 +98,95 @@ def test_the_end_of_a_rod_strikes_a_table_with_the_impulses_of_its_law(seed: int
     got = np.array([r[f"fly.qd[{k + 1}]"][-1] for k in range(3)])
     assert got == pytest.approx(after, abs=1e-7 * np.abs(after).max())  # gravity acts for 1e-9 s after the impact
     assert r.audit.verdict == "within"
+
+
+STOPPED = 1e-9
+"""Speed at which the integrated path of an impact counts as stopped, m/s."""
+
+
+def path(W: np.ndarray, v: np.ndarray, mu: float, target: float, least: float) -> np.ndarray:
+    """Impulses of a point that slides in two directions, integrated over the normal impulse. Friction opposes the sliding at each
+    instant. A point that stops sticks if the cone holds it, otherwise it slides on in a constant direction."""
+
+    def rates(q: float, z: np.ndarray) -> np.ndarray:
+        return v + W @ np.array([q, *z])
+
+    def slide(q: float, z: np.ndarray) -> np.ndarray:
+        return -mu * rates(q, z)[1:] / np.hypot(*rates(q, z)[1:])
+
+    def stops(q: float, z: np.ndarray) -> float:
+        return float(np.hypot(*rates(q, z)[1:]) - STOPPED)
+
+    def ends(q: float, z: np.ndarray) -> float:
+        return float(min(rates(q, z)[0] - target, q - least))
+
+    stops.terminal = ends.terminal = True  # type: ignore[attr-defined]
+    stops.direction, ends.direction = -1, 1  # type: ignore[attr-defined]
+    p = np.zeros(3)
+    if np.hypot(*v[1:]) > STOPPED:
+        s = solve_ivp(slide, (0.0, 1e3), [0.0, 0.0], "DOP853", rtol=1e-12, atol=1e-13, events=[stops, ends])
+        p = np.array([s.t[-1], *s.y[:, -1]])
+        if len(s.t_events[1]):
+            return p
+    A, b = W[1:, 1:], W[1:, 0]
+    hold = -np.linalg.solve(A, b)
+    way = np.array([1.0, *hold]) if np.hypot(*hold) <= mu else np.array([1.0, *(-mu * constant_direction(A, b, mu))])
+    return p + way * max((target - (v + W @ p)[0]) / (W[0] @ way), least - p[0])
+
+
+def constant_direction(A: np.ndarray, b: np.ndarray, mu: float) -> np.ndarray:
+    """The direction d in which a point at rest begins to slide: d is parallel to the change b − μ A d of its rates."""
+    angles = np.linspace(0.0, 2 * np.pi, 721)
+
+    def way(angle: float) -> np.ndarray:
+        return np.array([np.cos(angle), np.sin(angle)])
+
+    def turn(angle: float) -> float:
+        change, d = b - mu * A @ way(angle), way(angle)
+        return float(change[0] * d[1] - change[1] * d[0])
+
+    found = []
+    for k in range(720):
+        if turn(angles[k]) * turn(angles[k + 1]) < 0.0:
+            d = way(brentq(turn, angles[k], angles[k + 1], xtol=1e-15))
+            found += [d] if (b - mu * A @ d) @ d > 0.0 else []
+    assert len(found) == 1
+    return found[0]
+
+
+@pytest.mark.default_cases(8)
+@pytest.mark.parametrize("seed", range(120))
+def test_a_point_of_a_free_body_strikes_a_plane_with_friction_that_turns_with_the_sliding(seed: int) -> None:
+    """Impacts by Newton's and Poisson's laws. Pose, rates, inertia, point and friction are random."""
+    rng = np.random.default_rng(seed)
+    mass, inertia = rng.uniform(0.5, 3), rng.uniform(0.01, 0.2, 3)
+    inertia[2] = max(min(inertia[2], 0.9 * (inertia[0] + inertia[1])), 1.1 * abs(inertia[0] - inertia[1]))
+    turn, point = Rotation.random(random_state=seed), rng.uniform(-0.4, 0.4, 3)
+    mu, e, law = rng.uniform(0.05, 0.5), rng.uniform(0.1, 0.9), ("newton", "poisson")[seed % 2]
+    R = turn.as_matrix()
+    arm = R @ point
+    J = np.hstack([np.eye(3), np.cross(np.eye(3), arm).T])[[2, 0, 1]]
+    v = np.array([*rng.uniform(-2, 2, 2), -rng.uniform(0.5, 3), *rng.uniform(-3, 3, 3)])
+    if (J @ v)[0] > -0.3:
+        v[2] -= (J @ v)[0] + 0.5
+    x, y, z, w = turn.as_quat()
+    start = {"q": [0.0, 0.0, float(1e-13 - arm[2]), *map(float, (w, x, y, z))], "qd": list(map(float, v))}
+    fly = {"type": "free", "inboard": "ground", "outboard": "b", "start": start}
+    tip = {"type": "point_on_plane", "inboard": "ground", "axis": [0, 0, 1], "friction": {"mu": float(mu)}}
+    tip |= {"outboard": {"body": "b", "point": list(map(float, point))}}
+    tip |= {"unilateral": {"restitution": float(e), "impact_law": law, "starts": "open"}}
+    made = scene({"b": {"mass": float(mass), "inertia": list(map(float, inertia))}}, {"fly": fly, "tip": tip})
+    r = simulate(made, until=1e-9, every=1e-9, kernel="parts")
+    assert times(r, "contact_closed"), r.events
+    Mi = np.zeros((6, 6))
+    Mi[:3, :3], Mi[3:, 3:] = np.eye(3) / mass, R @ np.diag(1 / inertia) @ R.T
+    W, u = J @ Mi @ J.T, J @ v
+    p = path(W, u, mu, -e * u[0] if law == "newton" else 0.0, 0.0)
+    if law == "poisson":
+        p = p + path(W, u + W @ p, mu, 0.0, e * p[0])
+    after = v + Mi @ J.T @ p
+    got = np.array([r[f"fly.qd[{k + 1}]"][-1] for k in range(6)])
+    assert got == pytest.approx(after, abs=1e-7 * np.abs(after).max())  # gravity acts for 1e-9 s after the impact
 
 
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
