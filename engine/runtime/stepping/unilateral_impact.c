@@ -2,7 +2,7 @@
 #include "stepping/stepping.h"
 
 #define SAME_RATES 1e-9     /* relative to the largest change of a rate: rates that differ by less are the same */
-#define PARTS_MOST 40       /* largest number of parts of a phase; each part ends where the sliding of a pair stops */
+#define PARTS_MOST 100      /* largest number of parts of a phase; each part ends where the sliding of a pair stops */
 
 /* Begin the record of an impact from the state y (tr_impact_length). */
 static void tr_record_impact(tr_sim *s, const double *y) {
@@ -69,8 +69,9 @@ static int tr_make_phase(tr_sim *s, double t, double *y, const tr_phase *p, cons
     }
     memcpy(y, old, sizeof old);
     part = tr_make_part(s, t, y, p, rate, &stops);
-    if (part > 0.0) tr_record_part(s, p, restitution, stops, part);
-    for (int c = 0; c < n; ++c) sum[c] += part * p->impulse[c], p->least[c] = fmax(p->least[c] - part * p->impulse[c], 0.0);
+    if (!(part > 0.0)) continue;
+    tr_record_part(s, p, restitution, stops < 0 ? 0 : stops, part);
+    for (int c = 0; c < n; ++c) sum[c] += p->impulse[c], p->least[c] = fmax(p->least[c] - p->impulse[c], 0.0);
   }
   return 0;
 }

@@ -29,7 +29,8 @@ class Model:
         strange = sorted({j.type for j in scene.joints.values()} - {*TYPES, *WHEELS, *CONTACTS, "gearbox", "worm"})
         if strange:
             raise NotJudged(f"joints of type {', '.join(strange)}")
-        self.held = [n for n, j in scene.joints.items() if j.type in TYPES and not of(j.type).line]
+        contacts = [n for n, j in scene.joints.items() if j.type in CONTACTS and (j.unilateral is not None or j.type not in TYPES)]
+        self.held = [n for n, j in scene.joints.items() if j.type in TYPES and not of(j.type).line and n not in contacts]
         wheels = [n for n, j in scene.joints.items() if j.type in WHEELS]
         screws, boxes, worms = ([n for n, j in scene.joints.items() if j.type == kind] for kind in ("screw", "gearbox", "worm"))
         self.frames = Frames(scene, len(wheels) + len(screws) + len(boxes) + len(worms))
@@ -47,7 +48,7 @@ class Model:
         ]
         self.devices = Devices(scene, self.frames, self.free, level)
         self.rods = Rods(scene, self.frames, level, [n for n, j in scene.joints.items() if j.type == "rod"])
-        self.contacts = Contacts(scene, self.frames, level, [n for n, j in scene.joints.items() if j.type in CONTACTS])
+        self.contacts = Contacts(scene, self.frames, level, contacts)
         self.loads = Loads(self.rods.in_scene(scene), self.frames)
         self.inverse = np.linalg.inv(self.frames.inertia)
         loaded = [n for n in self.held if is_loaded(scene.joints[n].friction)]

@@ -1,4 +1,4 @@
-"""Contacts that begin and end, as springs that only push: points on curves, cams with followers, and pins in slots.
+"""Contacts that begin and end, as springs that only push: points on curves and planes, cams with followers, and pins in slots.
 
 An open contact has a gap and no force. Where the gap is negative, the contact presses with stiffness times the penetration, and a
 delay of the penetration's rate, but never pulls. The delay is the same at all levels, and is long compared to the period of any
@@ -13,7 +13,7 @@ from tests.reference.compliant.friction_laws import Laws, NotJudged
 from tests.reference.compliant.pin_bearing_fits import USUAL, Level, is_given
 from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion, cross, dot
 
-TYPES = ("point_on_curve", "cam", "pin_in_slot")
+TYPES = ("point_on_curve", "point_on_plane", "cam", "pin_in_slot")
 DELAY = 1e-3
 """Delay of the springs, s."""
 PLACES, NEWTON, FOUND = 200, 8, 1e-12
@@ -107,8 +107,9 @@ class Contacts:
                 raise NotJudged(f"{name}: restitution")
             if is_given(j.friction):
                 raise NotJudged(f"{name}: friction of a given size")
-        self.sides, self.paths = frames.sides(names), [Path(j) for j in joints]
-        self.roller = np.array([float(j.roller or 0.0) for j in joints])
+        self.sides, self.flat = frames.sides(names), np.array([j.type == "point_on_plane" for j in joints], bool)
+        self.paths = [None if j.type == "point_on_plane" else Path(j) for j in joints]
+        self.roller = np.array([0.0 if j.type == "point_on_plane" else float(j.roller or 0.0) for j in joints])
         self.k = level.stiffness * np.array([(j.stiffness or USUAL) / USUAL for j in joints])
         self.closed = np.array([j.unilateral.starts != "open" for j in joints], bool)
         self.inside = self.closed.copy()
@@ -120,17 +121,22 @@ class Contacts:
         return bool(self.names)
 
     def relative_motion(self, m: Motion) -> tuple[np.ndarray, ...]:
-        """Gaps, their rates, sliding rates (n x contacts); contact points, normals and tangents in the world (n x contacts x 3)."""
+        """Gaps and their rates (n x contacts); contact points, normals and velocities of sliding (n x contacts x 3)."""
         s = self.sides.pairs(m)
         x = s.q - s.p
         flat = dot(x, s.A[..., 1]) + 1j * dot(x, s.A[..., 2])
-        each = [path.gap(flat[:, k]) for k, path in enumerate(self.paths)]
-        gap, n = (np.stack(x, axis=1) for x in zip(*each, strict=True))
+        gap, n = dot(x, s.A[..., 0]).astype(float), np.zeros(flat.shape, complex)
+        for k, path in enumerate(self.paths):
+            if path is not None:
+                gap[:, k], n[:, k] = path.gap(flat[:, k])
         normal = n.real[..., None] * s.A[..., 1] + n.imag[..., None] * s.A[..., 2]
+        normal = np.where(self.flat[:, None], s.A[..., 0], normal)
         along = cross(s.A[..., 0], normal)
         rim = -self.roller[:, None] * normal
         slide = s.slide + cross(s.turn, rim)
-        return gap, dot(slide, normal), dot(slide, along), s.q + rim, normal, along
+        rate = dot(slide, normal)
+        slip = np.where(self.flat[:, None], slide - rate[..., None] * normal, dot(slide, along)[..., None] * along)
+        return gap, rate, s.q + rim, normal, slip
 
     def gaps(self, m: Motion) -> np.ndarray:
         """Functions that become negative where ``inside`` has to change: n x contacts."""
@@ -139,10 +145,9 @@ class Contacts:
 
     def act(self, m: Motion, out: Forces) -> None:
         """Add the forces."""
-        gap, rate, slide, at, normal, along = self.relative_motion(m)
+        gap, rate, at, normal, slip = self.relative_motion(m)
         push = np.where(self.inside, np.maximum(-self.k * (gap + DELAY * rate), 0.0), 0.0)
-        rub = np.zeros_like(push)
-        rub[:, self.rubs] = self.law.slope(m.t, np.abs(slide[:, self.rubs])) * push[:, self.rubs] * slide[:, self.rubs]
-        force = push[..., None] * normal - rub[..., None] * along
-        out.between(self.sides.one, self.sides.two, at, force)
-        out.taken += (rub * slide).sum(-1)
+        rub, speed = np.zeros_like(push), np.sqrt(dot(slip, slip))
+        rub[:, self.rubs] = self.law.slope(m.t, speed[:, self.rubs]) * push[:, self.rubs]
+        out.between(self.sides.one, self.sides.two, at, push[..., None] * normal - rub[..., None] * slip)
+        out.taken += (rub * speed**2).sum(-1)
