@@ -23,6 +23,7 @@ from trunnion.fmu.model_description.fmi2_xml import model_description
 from trunnion.fmu.model_description.fmi3_xml import model_description3
 from trunnion.fmu.model_description.parameter_set_ssv import of_scene, parameter_set
 from trunnion.fmu.model_description.reference_results_ls_ref import reference_files
+from trunnion.fmu.reference_run import reference_run
 from trunnion.fmu.variables.exported_model import ExportedModel
 from trunnion.fmu.variables.fmi3_arrays import fmi3_variable_tables, fmi3_variables
 from trunnion.fmu.variables.fmi3_event_clocks import clock_table, clocks
@@ -37,7 +38,7 @@ from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.units.python_arguments import Amount, Amounts, Names
 from trunnion.simulation.results.result import Result
-from trunnion.simulation.run import Model, run, simulate
+from trunnion.simulation.run import Model, run
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 from trunnion.simulation.settings.realtime_steps import most_operations, promise
 from trunnion.simulation.settings.run_settings import KERNELS
@@ -132,7 +133,8 @@ def _written(target: Path, made: ExportedScene, first: Result, names: tuple[str,
 def _related(made: ExportedScene, outputs: Names | None, step: float, scalars: bool) -> dict[str, bytes]:
     """The files of FMI-LS-REF, from a run of the whole scene with error estimates."""
     kernel = "parts" if isinstance(made.model.kernel, PartsKernel) else "compiled"
-    run = simulate(made.scene, every=made.step, kernel=kernel, outputs=outputs, step=step or None, certify=True)
+    settings = {"every": made.step, "kernel": kernel, "outputs": outputs, "step": step or None}
+    run = reference_run(made.scene, made.model.built.numbers, settings)
     return reference_files(made, run, scalars or made.standard == "2.0")
 
 

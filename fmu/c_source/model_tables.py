@@ -33,8 +33,8 @@ HEAD = (
 )
 
 
-CONTRACTION = ("extra", "contraction")
-"""Key of the column that an FMU computes only when a host reads it."""
+COSTLY = (("extra", "contraction"), ("extra", "complement"), ("extra", "closure"))
+"""Keys of the columns that an FMU computes only when a host reads one of them."""
 
 
 def model_text(model: Model, all_: FmuVariables, guid: str, linear: bool, faces: str = "", types: int = 1) -> str:
@@ -58,6 +58,7 @@ def model_text(model: Model, all_: FmuVariables, guid: str, linear: bool, faces:
         integers("m_derivative", derivatives),
         integers("m_whole", [int(v.type != "") for v in listed]), integers("m_rates", next_ones),
         integers("m_integral", [int(c.quantity.integral) for c in model.columns]),
+        integers("m_costly", [int(c.key in COSTLY) for c in model.columns]),
         strings("m_joint", [j.name for j in model.system.frictional]), strings("m_law", VIOLATIONS.values()),
         _erring(model, listed), source,
     ]
@@ -71,7 +72,7 @@ def model_text(model: Model, all_: FmuVariables, guid: str, linear: bool, faces:
         int(sim.jams == "impact"), events_kept(sizes["nsliders"] + sizes["nstops"]), len(NAMES) + 1,
         "m_setting", "m_outcome", *causes(model)[:-1], "m_code", "m_begin", causes(model)[-1], "m_joint", "m_law",
         *(FACES if faces else FACES_OF_SCALARS), *_certified(model, listed), sources, "m_source",
-        next((i for i, c in enumerate(model.columns) if c.key == CONTRACTION), -1),
+        "m_costly",
     ]
     return HEAD + "".join([*arrays, faces]) + f"const fmu_model fmu_the_model={{{','.join(map(str, values))}}};\n"
 

@@ -33,8 +33,9 @@ Outputs without a stated error are omitted, and so are quaternions and angles th
 determined there. Components of an array have the names array[1], array[2], ...
 
 allowed_differences.csv has one row: the difference of each column that other machines and other communication steps may cause. This
-difference is the global error of the column, and at least {least:g} of the column's largest value. In model exchange, add the
-errors of the importer's solver. At the time of an event, an output that jumps may have its value before or after the jump.
+difference is the global error of the column, and at least {least:g} of the column's largest value. If the motion amplifies
+round-off, the difference also covers repetitions of this run with other round-off. In model exchange, add the errors of the
+importer's solver. At the time of an event, an output that jumps may have its value before or after the jump.
 
 To check an importer, perform the experiment in reference.exp: simulate the default experiment of modelDescription.xml without
 setting any variable, and compare the outputs at the times of reference.csv.

@@ -90,7 +90,7 @@ int through_jams : whether a jammed pair is stopped by an impact, after which th
 int evaluations : largest number of evaluations of the right-hand side in a bounded step; 0: steps are not bounded
 int iterations : largest number of iterations of Newton's method in a bounded step
 int events : largest number of events located in a bounded step
-int no_contraction : whether rows omit the contraction number, which takes as long as the rest of a row
+int brief : whether rows omit the contraction number and the residuals of the audit, which take as long as the rest of a row
 """)
 
 STATS = Record("tr_stats", "Statistics of a run.", f"""

@@ -19,7 +19,7 @@ static void tr_write_row_before(tr_sim *s, double *row) {
   tr_restore_solution(s, kept);
 }
 
-/* Run until t and write the row at t. Steps may extend up to `limit` ≥ t. each: whether to end at the next logged event, too, with
+/* Run until t and write the row at t; null pointer: no row is requested. Steps may extend up to `limit` ≥ t. each: whether to end at the next logged event, too, with
  * TR_EVENT. before receives the row just before the last event that ended a step; null pointer: not requested. Returns TR_DONE,
  * TR_EVENT, TR_MORE after max_steps steps, TR_NEED_JACOBIAN, or a lasting failure. */
 static int tr_reach_time(tr_sim *s, double t, double limit, long max_steps, double *row, int each, double *before) {
@@ -29,7 +29,7 @@ static int tr_reach_time(tr_sim *s, double t, double limit, long max_steps, doub
   for (long step = 0;;) {
     if (each && s->events.count) return tr_row(s, row) == TR_OK ? TR_EVENT : TR_FAIL_MULTIPLIERS;
     if (s->pending.kind != TR_NOTHING && s->pending.t > t + close) {
-      int code = tr_evaluate_state_at(s, t) ? tr_output_row(s, t, TR_A(s, yout), row) : TR_FAIL_MULTIPLIERS;
+      int code = !row ? TR_OK : tr_evaluate_state_at(s, t) ? tr_output_row(s, t, TR_A(s, yout), row) : TR_FAIL_MULTIPLIERS;
       return s->clock.status = code == TR_OK ? TR_DONE : code;
     }
     if (s->pending.kind != TR_NOTHING) {
@@ -41,7 +41,7 @@ static int tr_reach_time(tr_sim *s, double t, double limit, long max_steps, doub
       if (s->events.count > s->events.capacity - 2 * tr_watched_count(s) - 2) s->events.count = 0;
     }
     if (s->clock.t >= t - close && !(each && s->events.count)) {
-      int code = tr_row(s, row);
+      int code = row ? tr_row(s, row) : TR_OK;
       return s->clock.status = code == TR_OK ? TR_DONE : code;
     }
     if (step++ >= max_steps) return TR_MORE;

@@ -231,8 +231,8 @@ int tr_ensemble_run(tr_ensemble *e, long budget);
 /* Continue the cases that waited for the Jacobian unit. */
 void tr_ensemble_resume(tr_ensemble *e);
 
-/* Run until t and write the row at t. Steps may extend up to `limit` ≥ t. Returns TR_DONE, TR_MORE after max_steps steps, or a
- * lasting failure. */
+/* Run until t and write the row at t; row may be a null pointer. Steps may extend up to `limit` ≥ t. Returns TR_DONE, TR_MORE after
+ * max_steps steps, or a lasting failure. A later call for the same t writes the row that this call has left out. */
 int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row);
 
 /* Like tr_reach, but also ends at the next logged event, with TR_EVENT and the row just after this event. before receives the row

@@ -148,24 +148,24 @@ static int tr_pair_contacts(tr_sim *s, int i, const double *y, tr_contact *out) 
   return n;
 }
 
-/* Fill in the residuals of the solution and the present verdict of the audit. */
+/* Fill in the residuals of the solution, unless rows omit them, and the present verdict of the audit. */
 static void tr_fill_audit(tr_sim *s, const double *y, tr_extra *extra) {
   const tr_kernel *k = s->k;
   double worst = 0.0, *h = TR_A(s, loop_error);
   tr_judgement said;
-  if (k->rows) {
+  if (k->rows && !s->set.brief) {
     tr_evaluate_closure(s, y, h);
     for (int i = 0; i < k->rows; ++i) worst = fmax(worst, fabs(h[i]) / tr_row_unit(s, i));
   }
   tr_judge(s, &said);
-  extra->closure = worst, extra->complement = tr_complement_residual(s), extra->verdict = said.verdict;
+  extra->closure = worst, extra->complement = s->set.brief ? 0.0 : tr_complement_residual(s), extra->verdict = said.verdict;
 }
 
 static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra) {
   const tr_kernel *k = s->k;
   extra->energy0 = s->audit.energy0;
   if (s->o->wants & TR_WANTS_AUDIT) tr_fill_audit(s, y, extra);
-  extra->contraction = s->o->wants & TR_WANTS_CONTRACTION && !s->set.no_contraction ? tr_contraction(s) : 0.0;
+  extra->contraction = s->o->wants & TR_WANTS_CONTRACTION && !s->set.brief ? tr_contraction(s) : 0.0;
   extra->events = (double)s->stats.events;
   extra->overrun = s->bound.overrun, extra->overruns = (double)(s->stats.by_impulses + s->stats.relaxed);
   extra->step = s->step.size;

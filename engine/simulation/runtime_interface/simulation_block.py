@@ -72,7 +72,7 @@ class Settings:
             raise SceneError([Problem("method", f"{self.method!r} is unknown", f"one of {', '.join(METHODS)}")])
         return SETTINGS.ctype(*SETTINGS.row(
             rtol=self.rtol, hmax=self.max_step, hmin=0.0, hfixed=self.step, method=METHODS[self.method], project=self.project,
-            locate=self.locate, max_steps=self.max_steps, through_jams=self.through_jams, no_contraction=False,
+            locate=self.locate, max_steps=self.max_steps, through_jams=self.through_jams, brief=False,
             evaluations=self.evaluations, iterations=self.iterations, events=self.events, **scales,
         ))  # fmt: skip
 

@@ -1,9 +1,17 @@
 /* Computation of the row of outputs at the present time, and communication steps. */
 
+/* Compute the row of outputs that the last step has left out. */
+static fmu_status fmu_deferred_row(fmu_instance *m) {
+  fmu_state *s = m->state;
+  const int code = tr_reach(FMU_SIM(s), s->time, s->time, (long)MANY_STEPS, FMU_A(s, row));
+  s->deferred = FMU_COSTLY;
+  return code == TR_DONE ? FMU_OK : fmu_failed(m, code, FMU_DISCARD);
+}
+
 /* Compute the row of outputs again, with all present parameters and inputs. */
 static fmu_status fmu_refresh(fmu_instance *m) {
   fmu_state *s = m->state;
-  if (s->ready && !s->changed) return FMU_OK;
+  if (s->ready && !s->changed) return s->deferred & FMU_ROW ? fmu_deferred_row(m) : FMU_OK;
   if (s->mode == FMU_INSTANTIATED || s->mode == FMU_INITIALIZATION) return fmu_begin(m);
   if (m->exchange && !s->failed) return fmu_row_here(m);
   if (s->failed) return FMU_OK; /* the outputs stay at the run's last row */
@@ -11,7 +19,7 @@ static fmu_status fmu_refresh(fmu_instance *m) {
   if (status != FMU_OK) return status;
   int code = tr_row(FMU_SIM(s), FMU_A(s, row));
   if (code != TR_OK) return fmu_failed(m, code, FMU_DISCARD);
-  s->ready = 1;
+  s->ready = 1, s->deferred = FMU_COSTLY;
   return FMU_OK;
 }
 
@@ -66,20 +74,22 @@ static fmu_status fmu_arrived(fmu_instance *m, int status, double target) {
     return fmu_audit(m);
   }
   s->reached = fmax(s->time, tr_time(FMU_SIM(s)));
-  s->time = s->reached, FMU_SIM(s)->set.no_contraction = 0; /* the last row of a run has it, because no copy can continue */
-  s->ready = tr_row(FMU_SIM(s), FMU_A(s, row)) == TR_OK;
+  s->time = s->reached, FMU_SIM(s)->set.brief = 0; /* the last row of a run is whole, because no copy can continue */
+  s->ready = tr_row(FMU_SIM(s), FMU_A(s, row)) == TR_OK, s->deferred = FMU_COSTLY;
   if (status == TR_MORE)
     return fmu_log(m, FMU_DISCARD, "the communication step stopped at t = %.17g s after solver.max_steps = %ld internal steps: increase solver.max_steps", s->reached, fmu_most_steps(s));
   return fmu_failed(m, status, FMU_DISCARD);
 }
 
-/* Advance by h to `target`, by internal steps or by one bounded step, and compute the row of outputs at `target`. Returns the
- * status of the runtime. */
+/* Advance by h to `target`, by internal steps or by one bounded step. The row of outputs at `target` is computed when the host reads
+ * an output; bounded steps and error estimates need it now. Returns the status of the runtime. */
 static int fmu_reach(fmu_instance *m, double target, double h) {
   static const char *const said[] = {0, "one step of impulses", "one step of impulses whose friction a few sweeps found"};
   fmu_state *s = m->state;
   tr_sim *sim = FMU_SIM(s);
-  if (!MODEL->bounded) return tr_reach(sim, target, fmu_limit(s, target, h), fmu_most_steps(s), FMU_A(s, row));
+  const int deferred = !MODEL->bounded && s->certified <= 0;
+  s->deferred = deferred ? FMU_ROW | FMU_COSTLY : FMU_COSTLY;
+  if (!MODEL->bounded) return tr_reach(sim, target, fmu_limit(s, target, h), fmu_most_steps(s), deferred ? 0 : FMU_A(s, row));
   const int status = tr_reach_bounded(sim, target, FMU_A(s, row)), how = sim->bound.overrun;
   if (how) fmu_tell(m, (int)FMU_WARNING, "the step to t = %.9g s is over its bounds: its rest was %s (realtime.overrun = %d)", target, said[how], how);
   return status;

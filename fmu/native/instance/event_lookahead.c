@@ -160,6 +160,7 @@ static fmu_status fmu_go_to_event(fmu_instance *m, double target, double h) {
   const double limit = fmu_limit(m->state, target, h);
   fmu_state *s = m->state;
   fmu_sight sight = {.ended = TR_DONE};
+  s->deferred = FMU_COSTLY;
   if (!(target < s->seen) || fmu_same_event(target, s->seen)) {
     sight = fmu_look(m, target, limit);
     if (sight.event && (sight.time > sight.known || fmu_same_event(sight.time, sight.known))) return fmu_stop_at_record(m, &sight, target, limit);

@@ -131,7 +131,7 @@ typedef struct fmu_model {
   double tighter, larger;   /* tolerance of the run / tolerance of the second run; error / difference of the two runs */
   int sources;
   const fmu_source *source; /* the sources of inputs that are sums */
-  int contraction;          /* index of the output audit.contraction; -1: none */
+  const int *costly;        /* for each output: 1 if rows may omit it, else 0 */
 } fmu_model;
 
 extern const fmu_model fmu_the_model;
@@ -139,6 +139,9 @@ extern const fmu_model fmu_the_model;
 
 /* Changes by the host that the simulation has not applied. */
 enum { FMU_NEW_INPUTS = 1, FMU_NEW_PARAMETERS = 2, FMU_NEW = FMU_NEW_INPUTS | FMU_NEW_PARAMETERS };
+
+/* Outputs that a host has not read yet: all outputs, and the costly outputs, which rows may omit. */
+enum { FMU_ROW = 1, FMU_COSTLY = 2 };
 
 /* An input from the present communication point on. told: derivatives from fmi2SetRealInputDerivatives. given: derivatives from
  * derivative inputs. A motion that follows the input uses the other fields. last, before: values at the last two changes. last_t,
@@ -167,7 +170,8 @@ typedef struct fmu_state {
   char guid[40];
   int mode;
   int known;   /* model exchange: state derivatives and event indicators are valid */
-  int ready;   /* the row of outputs is valid at `time` */
+  int ready;   /* the row of outputs is valid at `time`, or deferred */
+  int deferred; /* bits FMU_ROW, FMU_COSTLY: outputs that are computed when the host reads one of them */
   int changed; /* bits FMU_NEW_*: changes not yet applied */
   int told;    /* worst audit verdict that has been logged */
   int failed;  /* status with which the runtime ended the run, 0 while the run continues */

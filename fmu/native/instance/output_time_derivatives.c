@@ -8,7 +8,7 @@ static double fmu_row_ahead(fmu_instance *m, double *row) {
   const double ahead = AHEAD / MODEL->rate;
   fmu_state *copy = fmu_copied(m);
   if (!copy) return 0.0;
-  FMU_SIM(copy)->set.no_contraction = 0;
+  FMU_SIM(copy)->set.brief = 0;
   const int reached = tr_reach(FMU_SIM(copy), copy->time + ahead, copy->time + LOOKAHEAD_STEPS * ahead, (long)MANY_STEPS, row);
   fmu_free(copy);
   return reached == TR_DONE ? ahead : 0.0;

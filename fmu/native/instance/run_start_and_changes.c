@@ -57,9 +57,9 @@ static void fmu_bound(fmu_state *s) {
   set->evaluations = (int)fmu_setting_of(s, FMU_MOST_EVALUATIONS, 1.0), set->iterations = (int)fmu_setting_of(s, FMU_MOST_ITERATIONS, 1.0);
 }
 
-/* Whether rows omit the contraction number: then fmu_add_contraction computes it when a host reads it. A plain library cannot
- * copy its state for this. */
-static int fmu_omits_contraction(const fmu_instance *m) {
+/* Whether rows omit costly outputs: then fmu_add_costly computes them when a host reads one. A plain library cannot copy its
+ * state for this. */
+static int fmu_omits_costly(const fmu_instance *m) {
 #if defined FMU_ALONE
   (void)m;
   return 0;
@@ -81,7 +81,7 @@ static fmu_status fmu_begin_run(fmu_instance *m, double tighter) {
   tr_set_parameters(sim);
   const tr_settings set = {.rtol = fmu_tolerance(m) / tighter, .hmax = INFINITY, .hfixed = fmu_setting_of(s, FMU_STEP, 0.0), .length = MODEL->length,
                            .rate = MODEL->rate, .energy = MODEL->energy, .method = MODEL->method, .project = 1, .locate = 1,
-                           .through_jams = MODEL->through_jams, .no_contraction = fmu_omits_contraction(m)};
+                           .through_jams = MODEL->through_jams, .brief = fmu_omits_costly(m)};
   tr_configure(sim, &set);
   fmu_bound(s);
   fmu_start_values(s);
@@ -110,7 +110,7 @@ static fmu_status fmu_begin(fmu_instance *m) {
   if (status == FMU_OK) status = fmu_begin_run(m, 1.0);
   if (status != FMU_OK) return status;
   if (!m->exchange) fmu_begin_second(m, fmu_begin_run);
-  s->ready = 1, s->changed = s->known = 0;
+  s->ready = 1, s->deferred = FMU_COSTLY, s->changed = s->known = 0;
   if (m->exchange) tr_begin_exchange(FMU_SIM(s));
   return FMU_OK;
 }

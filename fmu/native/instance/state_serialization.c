@@ -71,7 +71,7 @@ static int fmu_in_range(fmu_state *s) {
   s->ticks = layout.ticks, s->heard = layout.heard, s->given_up = layout.given_up;
   s->other = layout.other, s->errors = layout.errors, s->second = layout.second;
   const int flags = s->ready | s->known | s->has_stop | s->has_tolerance | s->moved | s->ticking | s->event | s->midway;
-  return (flags & ~1) == 0 && s->mode >= FMU_INSTANTIATED && s->mode < FMU_MODES && (s->changed & ~FMU_NEW) == 0
+  return (flags & ~1) == 0 && s->mode >= FMU_INSTANTIATED && s->mode < FMU_MODES && (s->changed & ~FMU_NEW) == 0 && (s->deferred & ~(FMU_ROW | FMU_COSTLY)) == 0
       && isfinite(s->start) && isfinite(s->time) && isfinite(s->reached) && isfinite(s->point) && s->failed >= 0 && s->failed < TR_CASE_FAILED
       && fmu_refit(s) && fmu_refit_second(s);
 }

@@ -8,24 +8,26 @@ static double *fmu_input_at(const fmu_state *s, int r) {
   return FMU_INPUTS(s)[which / 2].given + which % 2;
 }
 
-/* Add the contraction number to the row of outputs, from a copy of the run, if rows omit it. */
-static fmu_status fmu_add_contraction(fmu_instance *m) {
+/* Add the costly outputs to the row of outputs, from a copy of the run, if rows omit them. */
+static fmu_status fmu_add_costly(fmu_instance *m) {
   fmu_state *s = m->state, *copy = 0;
-  if (!FMU_SIM(s)->set.no_contraction || s->failed) return FMU_OK;
+  if (!(s->deferred & FMU_COSTLY) || !FMU_SIM(s)->set.brief || s->failed) return FMU_OK;
   copy = fmu_copied(m);
   FMU_NEED(copy, "out of memory");
-  FMU_SIM(copy)->set.no_contraction = 0;
+  FMU_SIM(copy)->set.brief = 0;
   const int code = tr_reach(FMU_SIM(copy), s->time, s->time, (long)MANY_STEPS, FMU_A(copy, row));
-  if (code == TR_DONE) FMU_A(s, row)[1 + MODEL->contraction] = FMU_A(copy, row)[1 + MODEL->contraction];
+  for (int i = 0; i < MODEL->outputs && code == TR_DONE; ++i)
+    if (MODEL->costly[i]) FMU_A(s, row)[1 + i] = FMU_A(copy, row)[1 + i];
   fmu_free(copy);
-  return code == TR_DONE ? FMU_OK : fmu_log(m, FMU_DISCARD, "audit.contraction does not exist at t = %.12g s: read it at another time", s->time);
+  s->deferred = 0;
+  return code == TR_DONE ? FMU_OK : fmu_log(m, FMU_DISCARD, "the residuals and the contraction number do not exist at t = %.12g s: read them at another time", s->time);
 }
 
 /* Update the row of outputs if r is an output. */
 static fmu_status fmu_fresh(fmu_instance *m, fmu_reference r) {
   const fmu_state *s = m->state;
-  const fmu_status status = (int)r >= MODEL->outputs || (s->ready && !s->changed) ? FMU_OK : fmu_refresh(m);
-  return status > FMU_WARNING || (int)r != MODEL->contraction ? status : fmu_add_contraction(m);
+  const fmu_status status = (int)r >= MODEL->outputs || (s->ready && !s->changed && !(s->deferred & FMU_ROW)) ? FMU_OK : fmu_refresh(m);
+  return status > FMU_WARNING || (int)r >= MODEL->outputs || !MODEL->costly[r] ? status : fmu_add_costly(m);
 }
 
 /* The value at reference r. */

@@ -39,6 +39,20 @@ def test_a_host_that_reads_the_contraction_which_steps_omit_gets_it_and_changes_
     assert reader.get(*names) == other.get(*names)
 
 
+@pytest.mark.default_cases(2)
+@pytest.mark.parametrize("model", ["arm", "crank_slider", "spherical_pendulum", "double_pendulum", "drawer"])
+def test_a_host_that_reads_outputs_after_each_step_changes_nothing(model: str) -> None:
+    """The FMU computes the outputs when a host reads them."""
+    reader, other = (Host(exported(model), stop=0.4) for _ in range(2))
+    for k in range(40):
+        for host in (reader, other):
+            if model == "arm":
+                host.set(motor=math.sin(0.3 * k))
+            host.fmu.doStep(k * 0.01, 0.01)
+        reader.get(reader.all_outputs()[0])
+    assert reader.get(*reader.all_outputs()) == other.get(*other.all_outputs())
+
+
 @BOTH
 def test_communication_steps_of_any_size_lead_to_the_same_motion(flavour: str) -> None:
     """While no input changes, internal steps do not depend on communication steps, so the results are equal."""

@@ -1,8 +1,9 @@
 """FMUs of all bundled models in all forms in other tools: ``python -m tests.fmu.hosts.host_table FOLDER [TOOL ...]`` prints the
 figures for the table of fmu/README.md.
 
-FOLDER keeps the FMUs and an environment for each tool. Tools in C are used if they are on the path. PyFMI, which is compiled with
-its libraries, is used if FOLDER has an environment with it. A cell is the largest difference of a final value from the value in
+FOLDER keeps an environment for each tool, and in one folder for each commit the FMUs and the values from each tool. A run that was
+interrupted continues where it stopped. Tools in C are used if they are on the path. PyFMI, which is compiled with its libraries, is
+used if FOLDER has an environment with it. A cell is the largest difference of a final value from the value in
 fmpy, relative to 1 or to the value, whichever is larger. If the tool refuses files, the cell has the last line of each refusal,
 with the models."""
 
@@ -10,18 +11,20 @@ from __future__ import annotations
 
 import csv
 import json
+import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import venv
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tests.fmu.hosts.other_tools import MARK, Values
+from tests.fmu.hosts.other_tools import MARK, PROCESSOR_SECONDS, Values
 from trunnion.fmu.scene_export import export
 from trunnion.scene.library.model_folders import bundled_names
 
@@ -82,6 +85,8 @@ def _end(told: subprocess.CompletedProcess[str]) -> str:
     """The reason for which a process ended."""
     if told.returncode == TIMEOUT:
         return "does not end"
+    if told.returncode == -signal.SIGPROF:
+        return f"needs more than {PROCESSOR_SECONDS} s of processor time"
     if told.returncode < 0:
         return f"the process ends by signal {-told.returncode}"
     return [*told.stdout.splitlines(), *told.stderr.splitlines(), "no message"][-2:][0]
@@ -121,15 +126,31 @@ def files(folder: Path) -> dict[tuple[str, str], Path]:
     return made
 
 
+def commit() -> str:
+    """The commit of the working tree; its name ends with "-dirty" if files were changed."""
+    told = subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=True)
+    return told.stdout.strip()
+
+
+def kept_values(tool: str, form: str, folder: Path, made: Mapping[tuple[str, str], Path]) -> list[Values | str]:
+    """``values_in`` for one form of all models. The values are read from a file if a previous run of this commit wrote them."""
+    given = [made[m, form] for m in MODELS]
+    place = given[0].parent / f"{tool}-{form}.json"
+    if not place.exists():
+        place.write_text(json.dumps(values_in(tool, folder, given)))
+    read: list[Values | str] = json.loads(place.read_text())
+    return read
+
+
 def cells(folder: Path, only: Sequence[str] = ()) -> Iterator[tuple[str, str, str]]:
     """(tool, form, cell) for all tools or those in ``only``, and all forms."""
-    made = files(folder)
-    right = {f: values_in("fmpy", folder, [made[m, f] for m in MODELS]) for f in FORMS}
+    made = files(folder / commit())
+    right = {f: kept_values("fmpy", f, folder, made) for f in FORMS}
     for tool in [t for t in (*TOOLS, *PROGRAMS) if not only or t in only]:
         if not (shutil.which(tool) if tool in PROGRAMS else TOOLS[tool] or (folder / tool).exists()):
             continue
         for form in (PROGRAMS | FORMS_OF).get(tool, tuple(FORMS)):
-            got = right[form] if tool == "fmpy" else values_in(tool, folder, [made[m, form] for m in MODELS])
+            got = kept_values(tool, form, folder, made)
             same = right["cs2"] if tool == "fmpy" else right[form]
             ran = [not isinstance(v, str) for v in got]
             pairs = zip(MODELS, got, same, strict=True)
@@ -142,5 +163,9 @@ def cells(folder: Path, only: Sequence[str] = ()) -> Iterator[tuple[str, str, st
 
 
 if __name__ == "__main__":
+    print(f"{len(MODELS) * len(FORMS)} FMUs of commit {commit()}; the seconds are processor time", flush=True)
+    before = 0.0
     for tool, form, cell in cells(Path(sys.argv[1]).resolve(), sys.argv[2:]):
-        print(f"{tool:18s} {form:9s} {cell}", flush=True)
+        now = sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
+        print(f"{tool:18s} {form:10s} {now - before:6.1f} s  {cell}", flush=True)
+        before = now

@@ -7,6 +7,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -18,6 +19,8 @@ from typing import Any
 Values = dict[str, float]
 MARK = "values: "
 """The beginning of a line with values; tools print lines, too."""
+PROCESSOR_SECONDS = 60
+"""Processor time of a file, s. A signal ends a process that needs more."""
 
 
 def outputs(file: str) -> list[Any]:
@@ -260,6 +263,7 @@ def bd2cmake(file: str, stop: float, step: float) -> Values:
 if __name__ == "__main__":
     tool, stop, step, *files = sys.argv[1:]
     for file in files:
+        signal.setitimer(signal.ITIMER_PROF, PROCESSOR_SECONDS)
         try:
             found = globals()[tool](file, float(stop), float(step))
         except Exception as e:  # noqa: BLE001 any exception of a tool is its refusal
