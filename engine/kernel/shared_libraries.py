@@ -12,7 +12,7 @@ import logging
 import shutil
 import time
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -106,16 +106,22 @@ def write_headers(folder: Path) -> None:
 
 @dataclass
 class Kernel:
-    """A loaded kernel, with its libraries, sizes, facts, build time (s; 0 from the cache), and the folder and key of its cache
-    entry."""
+    """A loaded kernel, with its libraries, sizes, facts, build time (s; 0 from the cache), the folder of its cache entry, and its
+    columns."""
 
     libraries: dict[str, ctypes.CDLL]
     sizes: dict[str, int]
     facts: dict[str, Any]
     build_seconds: float
     folder: Path
-    key: str
+    columns: list[Column]
     structure: tuple[System, int, bool, bool]
+
+    @cached_property
+    def key(self) -> str:
+        """Key of the kernel in the cache. Most runs by parts never read the key, and it takes longer than their steps."""
+        system, parameters, quadratures, redundant = self.structure
+        return kernel_key(system, parameters, self.columns, quadratures, redundant)
 
     def jacobian(self) -> int:
         """Address of the Jacobian unit's table. The first call builds the unit."""
@@ -231,7 +237,7 @@ def kernel(system: System, parameters: int, chosen: list[Column], quadratures: b
     table = KERNEL.ctype.in_dll(libraries["kernel"], UNITS["kernel"])
     sizes = {n: int(getattr(table, n)) for n in KERNEL.integers} | {"works": int(table.npowers) * quadratures}
     facts = json.loads((folder / "facts.json").read_text())
-    return Kernel(libraries, sizes, facts, time.perf_counter() - started if made else 0.0, folder, key,
+    return Kernel(libraries, sizes, facts, time.perf_counter() - started if made else 0.0, folder, chosen,
                   (system, parameters, quadratures, redundant))
 
 

@@ -23,7 +23,7 @@ from trunnion.kernel.interface.runtime_tables import (
     unilateral_table,
     wants_of,
 )
-from trunnion.kernel.shared_libraries import Kernel, kernel_key
+from trunnion.kernel.shared_libraries import Kernel
 from trunnion.parts.kernels.table_contents import DifferentiatedScene, UnitDescription
 from trunnion.parts.kernels.tables_in_memory import table
 from trunnion.parts.layout.multiplier_maps_layout import Maps
@@ -93,11 +93,10 @@ def parts_kernel(system: System, parameters: int, chosen: list[Column], quadratu
     outputs, columns, also_kept = _outputs(system, tuple(chosen), quadratures)
     sizes = kernel.numbers | {"works": kernel.numbers["npowers"] * quadratures}
     facts = {"operations": {}, "active_rows": rows, "loop_rows": rows_of(system), "rubbing": [j.name for j in system.frictional]}
-    key = kernel_key(system, parameters, chosen, quadratures, redundant)
     structure, units = (system, parameters, quadratures, redundant), {"kernel": kernel, "outputs": outputs}
     tables, keep = {"kernel": evaluation, "outputs": columns}, [*kept, *also_kept]
     return PartsKernel(
-        {}, sizes, facts, time.perf_counter() - started, library_cache.cache_folder(), key, structure, units, tables, keep
+        {}, sizes, facts, time.perf_counter() - started, library_cache.cache_folder(), chosen, structure, units, tables, keep
     )
 
 
