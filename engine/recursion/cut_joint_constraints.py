@@ -31,7 +31,7 @@ ALONG = "along"
 
 
 INSIDE = "inside"
-"""Key in ``Cut.made``: the distance of a pin inside the mouths of its slot."""
+"""Key in ``Cut.made``: the distance or angle of a contact inside the free ends of its wall."""
 
 
 def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
@@ -88,12 +88,12 @@ def add_rows(sym: Symbols, c: Cut) -> None:
         c.made |= {FREEDOMS: [slides], INSIDE: inside}
         c.rows.append(row)
     elif kind.follows == "curve":
-        row, slides, c.Ein, way = curve_row(sym, c)
-        c.made |= {FREEDOMS: [slides], ALONG: [way]}
+        row, slides, c.Ein, way, inside = curve_row(sym, c)
+        c.made |= {FREEDOMS: [slides], ALONG: [way], INSIDE: inside}
         c.rows.append(row)
     elif kind.follows:
-        row, slides, c.Ein = following_row(sym, c)
-        c.made[FREEDOMS] = [slides]
+        row, slides, c.Ein, inside = following_row(sym, c)
+        c.made |= {FREEDOMS: [slides], INSIDE: inside}
         c.rows.append(row)
 
 

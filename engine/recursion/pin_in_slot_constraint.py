@@ -24,14 +24,15 @@ def slot_axes(sym: Symbols, c: Cut) -> tuple[SX, SX]:
 
 
 def slot_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX, SX]:
-    """The row of the gap, the freedom, the contact frame, and the distance of the pin inside the mouths (negative: the pin has left
-    the slot).
+    """The row of the gap, the freedom, the contact frame, and the distance of the pin inside the mouths, m (negative: the pin has
+    left the slot).
 
     The freedom is sliding along the wall: a ``Row`` of which only the rate, the wrenches and ξ are used. The columns of the
     frame (3×3, world) are e1, the normal n from the wall towards the middle of the slot, and t = e1 × n."""
     assert c.joint.slot is not None
+    assert c.joint.curve is not None
     at = curve_contact(sym, c, slot_axes(sym, c))
-    start, end, length = (sym.leaf(x) for x in (*c.joint.slot.mouths, c.joint.slot.length))
+    start, end, length = (sym.leaf(x) for x in (*c.joint.slot.mouths, c.joint.curve.length))
     past = ca.fmax(at.way - length, 0) * (1 - end) + ca.fmin(at.way, 0) * (1 - start)
     inside = ca.fmin(ca.if_else(start > 0, at.way, length), ca.if_else(end > 0, length - at.way, length))
     size, n, t = _offset(c, at, past)

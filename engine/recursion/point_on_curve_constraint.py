@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.recursion.cam_follower_constraint import FollowerContact
+from trunnion.recursion.cam_follower_constraint import FollowerContact, inside_ends
 from trunnion.recursion.curve_foot_point import arc_length, evaluate_curve, refine_foot
 from trunnion.recursion.cut_joint_frames_and_rows import Cut, Moving, Row, force_row, point_velocity
 from trunnion.recursion.symbolic_inputs import Symbols
@@ -30,14 +30,17 @@ def spot(axes: tuple[SX, SX], c: Cut) -> SX:
     return ca.vertcat(*(ca.dot(axis, c.s) for axis in axes))
 
 
-def curve_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX, SX]:
-    """Constraint row, freedom, contact frame and position along the curve (m) of a cut joint whose outboard point stays on a curve.
+def curve_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX, SX, SX]:
+    """Constraint row, freedom, contact frame, position along the curve (m) and ``inside_ends`` of a cut joint whose outboard
+    point stays on a curve.
 
     The freedom is sliding along the curve: a ``Row`` of which only the rate, the wrenches and ξ are used. The columns of the
     frame (3×3, world) are e1, the normal n, and the direction t of increasing parameter. Seen along −e1, n is to the right of t."""
+    assert c.joint.curve is not None
     found = curve_contact(sym, c, (c.Ein[:, 1], c.Ein[:, 2]))
     at, arms = found.touch, rim(sym, c, found.touch.n, found.touch)
-    return force_row(c, at.phi, at.n, *arms), force_row(c, SX(0), at.t, *arms), at.frame, found.way
+    inside = inside_ends(sym, c, ca.fmin(found.way, sym.leaf(c.joint.curve.length) - found.way), at.phi)
+    return force_row(c, at.phi, at.n, *arms), force_row(c, SX(0), at.t, *arms), at.frame, found.way, inside
 
 
 def rim(sym: Symbols, c: Cut, n: Moving, at: FollowerContact) -> tuple[Moving, Moving]:

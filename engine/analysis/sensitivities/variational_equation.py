@@ -164,6 +164,17 @@ class SensitivityIntegrator:
                     return first + d.latch.hook, j.name
         return None
 
+    def _find_passed_end(self, step: RecordedStep) -> tuple[int, str] | None:
+        """A closed contact that passes a free end of its wall at the step's end: (row of the distance inside the ends, joint)."""
+        u, system = self.unit, self.unit.system
+        first = u.ny + u.nquad + u.n["residuals"] + u.n["rates"] + u.n["holds"] + system.latches
+        for i, j in enumerate(system.with_free_ends):
+            assert j.unilateral is not None
+            flag = self.at.stop(j.unilateral.inside)
+            if step.x[flag] != step.x1[flag] and not self._is_open(j, step.x):
+                return first + i, j.name
+        return None
+
     def _cross_kinks(self, k: int, step: RecordedStep, kinks: np.ndarray) -> None:
         """Update S at kinks of signals. An event at the end of the step is a consequence of the kinks, and has their time."""
         shifts = self.start.breaks[kinks, 0] + self._occurrence(step.t1)[kinks, None] * self.start.breaks[kinks, 1]
@@ -188,18 +199,19 @@ class SensitivityIntegrator:
     def _find_cause(
         self, step: RecordedStep, f: np.ndarray, df: np.ndarray, flow: np.ndarray, x: np.ndarray
     ) -> tuple[str, np.ndarray, float] | None:
-        """(joint, dg, ġ) of the event function g that is zero at the step's end; None if neither a hook nor a friction pair causes
-        the event.
+        """(joint, dg, ġ) of the event function g that is zero at the step's end; None if no hook, free end of a wall or friction
+        pair causes the event.
 
-        For a hook, g is the distance from its release. For a pair that came to rest, g is its speed. For a released pair, g is its
-        friction ratio minus one. For pairs released together, ``_release_together`` combines these functions.
+        For a hook, g is the distance from its release. For a free end, g is the distance from the end. For a pair that came to
+        rest, g is its speed. For a released pair, g is its friction ratio minus one. For pairs released together,
+        ``_release_together`` combines these functions.
 
         dg and ġ are taken just before the event. f, df, flow: as in ``TangentMarch.cross``; x: external values before the event.
         """
         u = self.unit
         n, rates = u.ny + u.nquad, u.ny + u.nquad + u.n["residuals"]
-        if lifted := self._find_lifted_hook(step, f):
-            row, joint = lifted
+        if passed := self._find_lifted_hook(step, f) or self._find_passed_end(step):
+            row, joint = passed
             return (joint, df[row], float(flow[row])) if flow[row] else None
         at = 0
         found: list[tuple[float, str, np.ndarray, float]] = []

@@ -90,8 +90,7 @@ def unilateral_table(system: System, active: Sequence[int]) -> list[tuple[int, .
         if j.rows not in active:
             what = "no freedom of the parts opens or closes this contact"
             raise SceneError([Problem(f"joints.{j.name}.unilateral", what, "leave out the key unilateral")])
-        out.append(UNILATERAL.row(stop=x.flag, row=j.rows, pair=pair, poisson=int(x.poisson), open=int(x.open),
-                                  inside=j.slot.flag if j.slot else -1))
+        out.append(UNILATERAL.row(stop=x.flag, row=j.rows, pair=pair, poisson=int(x.poisson), open=int(x.open), inside=x.inside))
     return out
 
 

@@ -55,10 +55,10 @@ def stops_function(m: Model) -> Code:
     pushes: list[SX] = [SX(1)] * sym.system.stops
     for c in m.cuts:
         if c.joint.unilateral is not None:
-            flag = c.joint.unilateral.flag
+            flag, inside = c.joint.unilateral.flag, c.joint.unilateral.inside
             depths[flag], pushes[flag] = -c.rows[0].phi, sym.leaf(c.joint.unilateral.restitution)
-        if c.joint.slot is not None and c.joint.slot.flag >= 0:
-            depths[c.joint.slot.flag] = c.made[INSIDE]
+            if inside >= 0:
+                depths[inside] = c.made[INSIDE]
     for j in sym.system.joints:
         q = coordinates_of(m, j) if j.kind.nv else []
         for k, d in enumerate(j.devices):

@@ -61,12 +61,12 @@ def _signals(system: System) -> list[Change]:
 
 
 def motion(system: System, parameters: int, active: Sequence[int], quadratures: bool) -> DerivedUnit:
-    """Tangents of f = [F; R; V; H; L; G] along [y, z, p, inputs, t].
+    """Tangents of f = [F; R; V; H; L; E; G] along [y, z, p, inputs, t].
 
     F = [q̇; v̇; rates of friction states; powers]. R: multiplier residuals. V: rates of all freedoms of frictional joints. H:
-    friction ratio minus one for pairs at rest; zero at their release. L: distance of each latch's hook from its release. G: gap,
-    rate of the gap and restitution of each joint that only pushes. While this joint is open, its residuals in R are its
-    multipliers."""
+    friction ratio minus one for pairs at rest; zero at their release. L: distance of each latch's hook from its release. E:
+    distance or angle inside the free ends of the wall of each joint with such ends. G: gap, rate of the gap and restitution of each
+    joint that only pushes. While this joint is open, its residuals in R are its multipliers."""
     own = [*each(Space.Y, states(system)), *each(Space.Z, len(active) + system.neta)]
     return _rates(system, active, [*own, *_outside(system, parameters)], True, quadratures)
 
@@ -84,7 +84,7 @@ def _outside(system: System, parameters: int) -> list[Change]:
 
 
 class _Motion(JacobianProgram):
-    """Adds further values to F and R: the powers, and V, H, L and G of ``motion``."""
+    """Adds further values to F and R: the powers, and V, H, L, E and G of ``motion``."""
 
     def __init__(self, scene: DifferentiableScene, active: Sequence[int], d: Directions, quadratures: bool):
         self.powers = len(names_of_powers(scene.system)) if quadratures else 0
@@ -110,6 +110,8 @@ class _Motion(JacobianProgram):
                 if device.latch is not None:
                     self._hook(device.latch, self.motion(j).q.slice(j.kind.coordinate_of(k), 1))
         self.size += self.system.latches
+        for j in self.system.with_free_ends:
+            self._copy_block(j, "inside")
         for j in self.system.unilateral:
             self._gap(j)
 
@@ -128,10 +130,16 @@ class _Motion(JacobianProgram):
     def _gap(self, j: Joint) -> None:
         """Write gap, rate and restitution of a joint that only pushes."""
         assert j.unilateral is not None
+        self._copy_block(j, "phi")
+        self._copy_block(j, "rate")
+        self.program.copy(self.scene.numbers([j.unilateral.restitution]), Slot(Space.OUT, self.size, 1))
+        self.size += 1
+
+    def _copy_block(self, j: Joint, name: str) -> None:
+        """Write the first number of a block of a cut joint."""
         c = next(c for c in self.closed if c.joint.name == j.name)
-        for source in (c.blocks["phi"].slice(0, 1), c.blocks["rate"].slice(0, 1), self.scene.numbers([j.unilateral.restitution])):
-            self.program.copy(source, Slot(Space.OUT, self.size, 1))
-            self.size += 1
+        self.program.copy(c.blocks[name].slice(0, 1), Slot(Space.OUT, self.size, 1))
+        self.size += 1
 
     def _hold(self, e: Element) -> None:
         """Write (friction ratio − 1) of each pair, computed for the pair at rest; −1 for a law without static friction."""

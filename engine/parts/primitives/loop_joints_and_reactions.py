@@ -27,7 +27,7 @@ from trunnion.recursion.loop_contact_springs import arm_of, spring_rows
 from trunnion.recursion.pin_in_slot_constraint import slot_axes
 from trunnion.recursion.vector_algebra import SX, cross
 from trunnion.system.structure.bodies_and_joints import GROUND, Device, Fit, FrictionElement, Joint
-from trunnion.system.structure.coupling_joint_data import FOOT, Curve, Mimic, Profile, Slot, Wheels
+from trunnion.system.structure.coupling_joint_data import FOOT, Curve, Mimic, Profile, Slot, Unilateral, Wheels
 
 
 def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], cutting.Cut]:
@@ -42,11 +42,13 @@ def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], c
         wheels = replace(wheels, lead=n.take_one())
     length = n.take_one() if REGISTRY[kind].keeps_distance else None
     follows = REGISTRY[kind].follows
-    profile = Profile((n.take_one(), n.take_one()), n.take_one(), (), ()) if follows in ("point", "face") else None
-    slot = Slot(n.take_one(), n.take_one(), (n.take_one(), n.take_one()), n.take_one(), -1) if REGISTRY[kind].plays else None
-    path = Curve((), 0.0, n.take_one()) if follows == "curve" else None
+    cam = follows in ("point", "face")
+    profile = Profile((n.take_one(), n.take_one()), *(n.take_one() for _ in range(3)), (), ()) if cam else None
+    slot = Slot(n.take_one(), (n.take_one(), n.take_one()), n.take_one()) if REGISTRY[kind].plays else None
+    path = Curve((), 0.0, n.take_one(), n.take_one()) if follows == "curve" else None
+    contact = Unilateral(0.0, -1, False, False, -1, n.take_one()) if cam or path else None
     p, f = points, frames
-    more = {"slot": slot, "curve": path, "wheels": wheels, "length": length, "profile": profile}
+    more = {"slot": slot, "curve": path, "wheels": wheels, "length": length, "profile": profile, "unilateral": contact}
     joint = Joint("", kind, a, b, p[0], p[1], f[0], f[1], Fit(), None, devices, None, True, **more)  # type: ignore[arg-type]
     sym, motions = PrimitiveSymbols(n.count), {k: SX.sym(k, MOTION) for k in ("inb", "out") if k != ground}
     if follows == "curve":
@@ -73,12 +75,13 @@ def cut(kind: str, ground: str, bare: str = "") -> Primitive:
     """Primitive of a cut joint.
 
     Inputs: numbers (24: two frames, two points; 4 more for wheels: module, teeth, phase, and of a worm its lead angle; 1 more for
-    rods: length; 3 more for cams: middle of the profile, roller; 5 more for pins in slots: ``Slot``; 1 more for curves: roller);
+    rods: length; 5 more for cams: ``Profile``; 4 more for pins in slots: ``Slot``; 2 more for curves: length, roller;
+    1 more for cams and curves: thickness);
     motions ``inb`` and ``out`` (none for the end ``ground``); the active piece of a cam's profile, or the foot on a curve.
     Outputs: residual, rate and bias of each row (phi, rate, xi); wrenches of each row on the two bodies (gin, gout: 6 per row), and
     on the outboard part at its point (gat); coordinates q and rates v; acceleration bias of each freedom (bias); wrenches of a
-    force along each freedom (win, wout, wat); pose; point on the outboard part; of a pin in a slot its distance inside the mouths
-    (inside). bare: a variant with fewer outputs (``BARE``)."""
+    force along each freedom (win, wout, wat); pose; point on the outboard part; of a cam, curve or slot the distance inside its
+    ends (inside). bare: a variant with fewer outputs (``BARE``)."""
     sym, ins, c = _closing(kind, ground)
     cutting.add_rows(sym, c)
     joint = c.joint
@@ -92,7 +95,7 @@ def cut(kind: str, ground: str, bare: str = "") -> Primitive:
     }  # fmt: skip
     asked = BARE[bare]
     outs = outs if asked is None else {name: outs[name] for name in asked}
-    if joint.kind.plays:
+    if cutting.INSIDE in c.made:
         outs["inside"] = c.made[cutting.INSIDE]
     return expression_primitive(f"c_{kind}_{'_'.join([ground or 'bodies', *([bare] if bare else [])])}", ins, outs)
 

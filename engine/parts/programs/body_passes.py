@@ -91,16 +91,18 @@ class ScenePasses(JointForces):
         primitive, nv, n = loop_joints_and_reactions.cut(j.kind_name, ground, bare), j.kind.nv, j.kind.rows
         sizes = {"phi": n, "rate": n, "xi": n, "gin": 6 * n, "gout": 6 * n, "gat": 6 * n, "q": j.kind.nq, "v": nv, "bias": nv,
                  "win": 6 * nv, "wout": 6 * nv, "wat": 6 * nv, "pose": POSE, "point": 3}  # fmt: skip
-        sizes |= {"inside": 1} if j.slot else {}
-        asked = (*(BARE[bare] or sizes), *(["inside"] if j.slot else []))
+        ends_of_wall = ["inside"] if j.profile or j.curve else []
+        sizes |= dict.fromkeys(ends_of_wall, 1)
+        asked = (*(BARE[bare] or sizes), *ends_of_wall)
         blocks = {name: allocate(size) if name in asked else self.zeros for name, size in sizes.items()}
         ends = {name: moving[b].motion for name, b in (("inb", j.inb), ("out", j.out)) if b != GROUND}
         wheels = [j.wheels.module, *j.wheels.teeth, j.wheels.phase] if j.wheels else []
         wheels += [j.wheels.lead] if j.wheels and j.wheels.lead is not None else []
         length = [j.length] if j.length is not None else []
-        middle = [*j.profile.middle, j.profile.roller] if j.profile else []
-        slot = [j.slot.play, j.slot.length, *j.slot.mouths, j.slot.repeated] if j.slot else []
-        slot += [j.curve.roller] if j.curve else []
+        middle = [*j.profile.middle, j.profile.half, j.profile.side, j.profile.roller] if j.profile else []
+        slot = [j.slot.play, *j.slot.mouths, j.slot.repeated] if j.slot else []
+        slot += [j.curve.length, j.curve.roller] if j.curve else []
+        slot += [j.unilateral.thickness if j.unilateral else 0.0] if ends_of_wall else []
         numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point, *wheels, *length, *middle, *slot])
         bearing = loop_joints_and_reactions.bearing
         if j.curve:

@@ -104,13 +104,13 @@ def _events(s: ScenePasses) -> None:
         closed = {c.joint.name: c for c in s.closed(program, moving, program.scratch_slot, forces=False)}
     for j in s.system.unilateral:
         assert j.unilateral is not None
-        flag, restitution = j.unilateral.flag, s.numbers([j.unilateral.restitution])
+        flag, inside, restitution = j.unilateral.flag, j.unilateral.inside, s.numbers([j.unilateral.restitution])
         phi = closed[j.name].blocks["phi"].slice(0, 1)
         s.call(program, joint_devices.depth(False), end=s.numbers([0.0]), q=phi, out=Slot(Space.OUT, flag, 1))
         program.copy(restitution, Slot(Space.OUT, s.system.stops + flag, 1))
-        if j.slot and j.slot.flag >= 0:
-            program.copy(closed[j.name].blocks["inside"], Slot(Space.OUT, j.slot.flag, 1))
-            program.copy(s.numbers([1.0]), Slot(Space.OUT, s.system.stops + j.slot.flag, 1))
+        if inside >= 0:
+            program.copy(closed[j.name].blocks["inside"], Slot(Space.OUT, inside, 1))
+            program.copy(s.numbers([1.0]), Slot(Space.OUT, s.system.stops + inside, 1))
     for j in s.system.joints:
         for k, d in enumerate(j.devices):
             if d.stop is None and d.latch is None:

@@ -21,7 +21,7 @@ HUB = 0.3
 
 
 def cams(scene: sm.Scene) -> list[Wheel]:
-    """The discs, rollers and plates of all cams."""
+    """The discs, rollers and plates of all cams. (An internal cam is a wall, which ``slots`` draws.)"""
     out = []
     for name, j in scene.joints.items():
         follows = REGISTRY[j.type].follows
@@ -30,7 +30,8 @@ def cams(scene: sm.Scene) -> list[Wheel]:
         a, b = sides_of(scene, j)
         edge = outline(j)
         width = THICK * float(np.hypot(*edge.T).max())
-        out.append(Wheel(a.body, name, mounted(a, disc(edge, width))))
+        if not j.internal:
+            out.append(Wheel(a.body, name, mounted(a, disc(edge, width))))
         if follows == "face":
             plate = placed(box(width, 1.5 * width / THICK, 1.5 * width), np.eye(3), np.array([0.5 * width, 0.0, 0.0]))
             out.append(Wheel(b.body, name, mounted(b, plate)))
@@ -62,8 +63,8 @@ def outline(j: sm.Joint) -> np.ndarray:
         edge = (r + 1j * slope) * e
     else:
         n = (r - 1j * slope) * e
-        edge = r * e - float(j.roller or 0.0) * n / abs(n)
-    if not closed(given):  # if the profile spans less than a turn, close the edge along the hub
+        edge = r * e + (1.0 if j.internal else -1.0) * float(j.roller or 0.0) * n / abs(n)
+    if not (closed(given) or j.internal):  # if the profile spans less than a turn, close the edge along the hub
         edge = np.append(edge, [HUB * abs(edge).min() * e[-1], HUB * abs(edge).min() * e[0]])
     return np.column_stack([edge.real, edge.imag])
 

@@ -1,4 +1,4 @@
-"""Slots: two walls along a curve, and the pin between them."""
+"""Slots: two walls along a curve, and the pin between them. Internal cams: a wall around the follower."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from trunnion.plots.geometry.cams import mounted
+from trunnion.plots.geometry.cams import mounted, outline
 from trunnion.plots.geometry.gear_wheels import Wheel
 from trunnion.plots.geometry.meshes import Mesh, cylinder, join
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_poses_and_joint_sides import sides_of
+from trunnion.system.construction.cam_profile_spline import closed
 from trunnion.system.construction.point_curve_spline import along
 
 STATIONS = 8
@@ -22,9 +23,14 @@ WALL, DEEP = 0.6, 5.0
 
 
 def slots(scene: sm.Scene) -> list[Wheel]:
-    """The walls and pins of all curves."""
+    """The walls and pins of all curves, and the walls of internal cams."""
     out = []
     for name, j in scene.joints.items():
+        if j.profile is not None and j.internal:
+            path = outline(j)
+            way = np.gradient(path, axis=0)
+            wall = _wall(path, way / np.hypot(*way.T)[:, None], 0.0, PIN * float(np.ptp(path, axis=0).max()), closed(j.profile))
+            out.append(Wheel(sides_of(scene, j)[0].body, name, mounted(sides_of(scene, j)[0], wall)))
         if j.curve is not None:
             a, b = sides_of(scene, j)
             path, way = along(j.curve, STATIONS)

@@ -45,6 +45,11 @@ def check(scene: Scene) -> Iterator[Finding]:
             yield from _profile((*path, "profile"), j.profile, j)
 
 
+def is_full_turn(p: Profile) -> bool:
+    """Whether the angles of a profile cover a full turn."""
+    return float(max(p.angle, default=0.0)) - float(min(p.angle, default=0.0)) > TURN - 2e-8
+
+
 def _profile(path: Path, p: Profile, j: Joint) -> Iterator[Finding]:
     count = len(p.angle)
     if len(p.radius) != count:
@@ -60,10 +65,10 @@ def _profile(path: Path, p: Profile, j: Joint) -> Iterator[Finding]:
     around = float(p.angle[-1]) - float(p.angle[0])
     if around > TURN:
         yield Finding((*path, "angle"), f"the angles cover {around / (2 * math.pi):.3g} turns", "cover one turn at most")
-    elif around > TURN - 2e-8 and abs(float(p.radius[-1]) - float(p.radius[0])) > 1e-9 * float(p.radius[0]):
+    elif is_full_turn(p) and abs(float(p.radius[-1]) - float(p.radius[0])) > 1e-9 * float(p.radius[0]):
         what = "the angles cover a full turn, but the last radius differs from the first"
         hint = "the profile of a full turn is closed: repeat the first radius at the end"
         yield Finding((*path, "radius", count - 1), what, hint)
-    if j.roller is not None and float(j.roller) >= min(map(float, p.radius)):
+    if j.roller is not None and not j.internal and float(j.roller) >= min(map(float, p.radius)):
         what = "the roller is larger than its path around the cam's axis"
         yield Finding((*path[:-1], "roller"), what, "choose a smaller roller: the profile gives the path of the roller's centre")

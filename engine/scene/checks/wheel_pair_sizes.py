@@ -25,7 +25,7 @@ def check(scene: Scene) -> Iterator[Finding]:
         if not REGISTRY[j.type].rolls:
             rolling = ", ".join(k.name for k in REGISTRY.values() if k.rolls)
             for key in OWN:
-                if getattr(j, key):
+                if getattr(j, key) and not (key == "internal" and REGISTRY[j.type].follows == "point"):
                     yield Finding((*path, key), f"a {j.type} joint has no wheels", f"remove it; joints with wheels: {rolling}")
             continue
         yield from _sized(path, j)

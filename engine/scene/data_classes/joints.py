@@ -221,7 +221,7 @@ class Joint:
     """Lead angle of a worm at its pitch circle; negative for a left-handed thread. ``teeth`` are the threads of the worm, then the
     teeth of its wheel; ``module`` is the axial module of the worm."""
     internal: Annotated[bool, Exactly()] = False
-    """Whether the larger of two gears has its teeth inside."""
+    """Whether the larger of two gears has its teeth inside, or whether the follower of a cam is inside the cam."""
     profile: Profile | None = None
     """The profile of a cam. The inboard part carries the cam; its axis is the joint's e1."""
     roller: Extent | None = None

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from trunnion.basics.lazy_data_classes import validated
 from trunnion.basics.number_declarations import Bound
 from trunnion.scene.data_classes.field_types import STRICT
-from trunnion.scene.units.numbers_with_units import Per
+from trunnion.scene.units.numbers_with_units import Extent, Per
 
 RESTITUTION = Bound(0.0, 0.999, advice="0: the parts do not bounce; 0.999: they hardly lose speed")
 
@@ -24,3 +24,6 @@ class Unilateral:
     ``restitution`` times the impulse of the compression phase. All joints of a scene have the same law."""
     starts: Literal["touching", "open"] = "touching"
     """touching: the loop is closed at the start. open: the contact starts with the gap that the start values give."""
+    thickness: Extent | None = None
+    """Thickness of a wall that ends where its open curve ends, or where its profile of less than a turn ends. The outboard part can
+    leave the wall there and return, or pass behind the wall. Default: the wall continues straight, and without end."""

@@ -15,14 +15,12 @@ def slider_names(system: System) -> list[tuple[str, int]]:
 
 
 def stop_names(system: System) -> list[tuple[str, int]]:
-    """(joint, number of the freedom, from 1) for every flag, in the order of the flags. End stops, mouths of slots, joints that
-    only push, latch contacts and latch hooks have flags."""
+    """(joint, number of the freedom, from 1) for every flag, in the order of the flags. End stops, joints that only push, free
+    ends of their walls, latch contacts and latch hooks have flags."""
     found: dict[int, tuple[str, int]] = {}
     for j in system.joints:
         if j.unilateral:
-            found[j.unilateral.flag] = (j.name, 1)
-        if j.slot and j.slot.flag >= 0:
-            found[j.slot.flag] = (j.name, 1)
+            found |= {f: (j.name, 1) for f in (j.unilateral.flag, j.unilateral.inside) if f >= 0}
         for k, d in enumerate(j.devices):
             if d.stop is not None:
                 found |= {f: (j.name, k + 1) for f in d.stop.flags if f >= 0}

@@ -23,9 +23,9 @@ def closed(given: Given) -> bool:
     return around and abs(given.radius[-1] - given.radius[0]) < AROUND * given.radius[0]
 
 
-def profile(given: Given, roller: Leaf) -> Profile:
+def profile(given: Given, roller: Leaf, internal: bool = False) -> Profile:
     """The cubic spline through a checked profile. The spline is periodic if the profile is closed. Otherwise, the spline has no
-    curvature at its ends and continues linearly beyond them."""
+    curvature at its ends and continues linearly beyond them. internal: whether the follower is inside the cam."""
     angle, radius = np.array(given.angle, float), np.array(given.radius, float)
     if closed(given):
         angle[-1], radius[-1] = angle[0] + TURN, radius[0]
@@ -37,7 +37,9 @@ def profile(given: Given, roller: Leaf) -> Profile:
         before = [radius[0], pieces[0, 1], 0.0, 0.0]
         pieces = np.vstack([before, pieces, [radius[-1], end, 0.0, 0.0]])
         starts = np.array([starts[0], *starts, angle[-1] - middle])
-    return Profile((math.cos(middle), math.sin(middle)), roller, tuple(map(float, starts)), tuple(map(tuple, pieces.tolist())))
+    half, side = 0.5 * float(angle[-1] - angle[0]), -1.0 if internal else 1.0
+    kept = tuple(map(float, starts)), tuple(map(tuple, pieces.tolist()))
+    return Profile((math.cos(middle), math.sin(middle)), half, side, roller, *kept)
 
 
 def spline_pieces(x: np.ndarray, y: np.ndarray, around: bool) -> tuple[np.ndarray, np.ndarray]:

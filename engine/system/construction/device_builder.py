@@ -10,7 +10,6 @@ from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.monotone_curves import filled
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.data_classes.joint_couplings import Curve
 from trunnion.scene.data_classes.joint_couplings import Slot as SlotKeys
 from trunnion.scene.data_classes.unilateral_contact import Unilateral as UnilateralKeys
 from trunnion.scene.force_laws import registry as force_laws
@@ -18,7 +17,7 @@ from trunnion.scene.signals.registry import given
 from trunnion.scene.signals.table import Table
 from trunnion.scene.units.dimension_names import unit_of
 from trunnion.scene.units.numbers_with_units import Quantity
-from trunnion.system.construction.point_curve_spline import length
+from trunnion.system.construction.point_curve_spline import curve
 from trunnion.system.structure.bodies_and_joints import Device, Latch, LawForce, Motor, Signal, Stop
 from trunnion.system.structure.coupling_joint_data import Slot, Unilateral
 from trunnion.system.structure.parameter_table import Leaf, Leaves, ParameterTable
@@ -107,18 +106,19 @@ class Builder:
             bounds[0], bounds[1], (flags[0], flags[1]),
         )
 
-    def unilateral(self, name: str, x: UnilateralKeys) -> Unilateral:
-        """The contact of a joint that only pushes, with the index of its flag."""
-        self.stops += 1
-        leaf = self.table.own(f"joints.{name}.unilateral.restitution", x.restitution, "1")
-        return Unilateral(leaf, self.stops - 1, x.impact_law == "poisson", x.starts == "open")
+    def unilateral(self, name: str, j: sm.Joint, x: UnilateralKeys) -> Unilateral:
+        """The contact of a joint that only pushes, with the indices of its flags."""
+        free = x.thickness is not None or (j.slot is not None and j.slot.mouth is not None)
+        flag, self.stops = self.stops, self.stops + 1 + free
+        path, own = f"joints.{name}.unilateral", self.table.own
+        thick = ENDLESS if x.thickness is None else own(f"{path}.thickness", x.thickness, "m")
+        restitution, inside = own(f"{path}.restitution", x.restitution, "1"), flag + 1 if free else -1
+        return Unilateral(restitution, flag, x.impact_law == "poisson", x.starts == "open", inside, thick)
 
-    def slot(self, name: str, x: SlotKeys, along: Curve) -> Slot:
-        """The walls of a slot, with the index of the flag of its mouths."""
-        ends = tuple(float(x.mouth in (end, "both")) for end in ("start", "end"))
-        self.stops += any(ends)
-        play = self.table.own(f"joints.{name}.slot.play", x.play, "m")
-        return Slot(play, length(along), (ends[0], ends[1]), float(x.repeated), self.stops - 1 if any(ends) else -1)
+    def slot(self, name: str, x: SlotKeys) -> Slot:
+        """The walls of a slot."""
+        start, end = (float(x.mouth in (end, "both")) for end in ("start", "end"))
+        return Slot(self.table.own(f"joints.{name}.slot.play", x.play, "m"), (start, end), float(x.repeated))
 
     def latch(self, path: str, x: sm.Latch, u: str, f: str) -> Latch:
         """The latch of a freedom, with the indices of its flag and hook."""
@@ -214,4 +214,4 @@ def word_of(path: str) -> str:
 def at_ends(j: sm.Joint, stops: sm.EndStops) -> sm.EndStops:
     """The end stops of a joint. If a joint with a curve has stops without bounds, the stops are at both ends of the curve."""
     given = stops.lower is not None or stops.upper is not None
-    return stops if j.curve is None or given else replace(stops, lower=0.0, upper=length(j.curve))
+    return stops if j.curve is None or given else replace(stops, lower=0.0, upper=curve(j.curve).length)

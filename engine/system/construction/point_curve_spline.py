@@ -24,9 +24,9 @@ def curve(given: Given, roller: Leaf = 0.0) -> Curve:
         for a, b, w, p, q in zip(u[:-1], u[1:], ways[:-1], *both, strict=True)
     ]
     if given.closed:
-        return Curve(tuple(pieces), float(u[-1]), roller)
+        return Curve(tuple(pieces), float(u[-1]), float(ways[-1]), roller)
     last = _straight(both, -1, float(u[-1] - u[-2]), u[-1], ways[-1])
-    return Curve((_straight(both, 0, 0.0, 0.0, 0.0), *pieces, last), 0.0, roller)
+    return Curve((_straight(both, 0, 0.0, 0.0, 0.0), *pieces, last), 0.0, float(ways[-1]), roller)
 
 
 def _straight(both: list[np.ndarray], k: int, h: float, at: float, way: float) -> CurveSegment:
@@ -41,13 +41,6 @@ def _length(p: np.ndarray, q: np.ndarray, h: float) -> float:
     points, weights = map(np.array, gauss_points())
     x = 0.5 * h * (points + 1)
     return float(0.5 * h * weights @ np.hypot(*(c[1] + x * (2 * c[2] + 3 * x * c[3]) for c in (p, q))))
-
-
-def length(given: Given) -> float:
-    """Arc length of a curve, m."""
-    made = curve(given)
-    last = made.pieces[-1]
-    return last.way if not given.closed else last.way + _length(np.array(last.e2), np.array(last.e3), last.end - last.start)
 
 
 def along(given: Given, stations: int) -> tuple[np.ndarray, np.ndarray]:

@@ -139,9 +139,9 @@ class _Maker(Points):
             frames[0], frames[1], fit(j), pitch, self.devices.joint(name, j), None, name in self.spanning.cut,
             stiffness=stiffness, wheels=wheels(self.scene, self.table, self.stands, name) if kind.rolls else None,
             length=self.length(name) if kind.keeps_distance else None,
-            unilateral=self.devices.unilateral(name, j.unilateral) if j.unilateral else None,
-            profile=profile(j.profile, roller) if j.profile else None, curve=curve(j.curve, roller) if j.curve else None,
-            slot=self.devices.slot(name, j.slot, j.curve) if j.slot and j.curve else None,
+            unilateral=self.devices.unilateral(name, j, j.unilateral) if j.unilateral else None,
+            profile=profile(j.profile, roller, j.internal) if j.profile else None,
+            curve=curve(j.curve, roller) if j.curve else None, slot=self.devices.slot(name, j.slot) if j.slot else None,
         )
 
     def length(self, name: str) -> Param:

@@ -228,6 +228,11 @@ class System:
         return tuple(j for j in self.joints if j.unilateral)
 
     @cached_property
+    def with_free_ends(self) -> tuple[Joint, ...]:
+        """Joints that only push, and whose wall has free ends."""
+        return tuple(j for j in self.unilateral if j.unilateral and j.unilateral.inside >= 0)
+
+    @cached_property
     def light(self) -> tuple[Joint, ...]:
         """The rows of light freedoms. These rows are the last of ``ties``."""
         return tuple(j for j in self.ties if j.light)

@@ -31,11 +31,15 @@ class Profile:
     """Profile of a cam: distance of the follower from the cam's axis as a piecewise cubic function of the angle about the axis.
 
     middle   (cosine, sine) of the reference angle; all other angles are measured from it, within ±π.
+    half     half of the angle that the profile covers, rad.
+    side     1 if the follower is outside the cam, −1 if it is inside.
     roller   radius of the follower's roller, m.
     starts   angles at which the pieces begin, rad. The first and the last piece continue beyond the profile's ends.
     pieces   four coefficients for each piece, of powers of (angle − start)."""
 
     middle: tuple[Leaf, Leaf]
+    half: Leaf
+    side: Leaf
     roller: Leaf
     starts: tuple[float, ...]
     pieces: tuple[tuple[float, float, float, float], ...]
@@ -66,10 +70,12 @@ class CurveSegment:
 @dataclass(frozen=True)
 class Curve:
     """A plane curve in pieces. An open curve begins and ends with an infinite straight piece. around: period of the parameter of a
-    closed curve; 0 for an open curve. roller: radius of the roller around the point that follows the curve, m."""
+    closed curve; 0 for an open curve. length: arc length of the curve, m. roller: radius of the roller around the point that
+    follows the curve, m."""
 
     pieces: tuple[CurveSegment, ...]
     around: float
+    length: Leaf
     roller: Leaf = 0.0
 
 
@@ -78,16 +84,12 @@ class Slot:
     """Walls of a slot along a curve, or of equal slots around e1.
 
     play       largest distance of the pin's centre from the curve, m.
-    length     arc length of the curve, m.
     mouths     whether the slot is open at the start and at the end of its curve, 1 or 0 each.
-    repeated   number of slots.
-    flag       index, among the flags of end stops, of a flag that is 1 while the pin is inside the mouths; −1 without mouths."""
+    repeated   number of slots."""
 
     play: Leaf
-    length: Leaf
     mouths: tuple[Leaf, Leaf]
     repeated: Leaf
-    flag: int
 
 
 @dataclass(frozen=True)
@@ -142,10 +144,17 @@ class LightFreedom:
 
 @dataclass(frozen=True)
 class Unilateral:
-    """A contact that begins and ends. flag: index of its flag among those of end stops; the flag is 1 while the contact is closed.
-    poisson: whether restitution follows Poisson's law instead of Newton's. open: whether the contact starts open."""
+    """A contact that begins and ends.
+
+    flag        index of its flag among those of end stops; the flag is 1 while the contact is closed.
+    poisson     whether restitution follows Poisson's law instead of Newton's.
+    open        whether the contact starts open.
+    inside      index of another flag, which is 1 while the outboard part is inside the free ends of the wall; −1 without free ends.
+    thickness   thickness of a wall with free ends, m."""
 
     restitution: Leaf
     flag: int
     poisson: bool
     open: bool
+    inside: int
+    thickness: Leaf

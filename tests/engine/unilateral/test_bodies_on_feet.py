@@ -74,6 +74,26 @@ def test_a_block_that_is_pushed_obliquely_slides_on_a_curved_path_sticks_and_sli
     assert r.audit.verdict == "within"
 
 
+@pytest.mark.default_cases(4)
+@pytest.mark.parametrize("seed", range(120))
+def test_an_oblique_push_slides_a_block_above_its_threshold_and_not_below(seed: int) -> None:
+    """The push has components along the plane in any direction, and up or down. It differs from the static friction by 1e-6."""
+    rng = np.random.default_rng(seed)
+    mu, mass, lift, way = rng.uniform(0.2, 0.6), rng.uniform(0.5, 3), rng.uniform(-0.5, 0.5), rng.uniform(-np.pi, np.pi)
+    rest, sign, until = mu * rng.uniform(1.0, 1.5) if seed % 4 > 1 else mu, (-1) ** seed, rng.uniform(0.2, 1.0)
+    load = mass * G * (1 - lift)
+    size, along = rest * load * (1 + sign * 1e-6), np.array([np.cos(way), np.sin(way)])
+    made = on_feet(np.zeros((1, 3)), mu, mass, 0.1, {"q": [0, 0, 0, 1, 0, 0, 0]}, [*map(float, size * along), lift * mass * G])
+    held = {"joints.foot0.friction.mu_static": rest} if rest > mu else {}
+    kernel, method = ("parts", "compiled")[seed % 10 == 7], ("auto", "rk5", "rosenbrock")[seed % 3]
+    r = simulate(made, overrides=held, until=until, every=until, rtol=1e-10, kernel=kernel, method=method)
+    assert r.outcome.ok, r.outcome
+    away = 0.5 * (size - mu * load) / mass * until**2 if sign > 0 else 0.0
+    assert [r[f"fly.q[{k}]"][-1] for k in (1, 2)] == pytest.approx(away * along, abs=5e-9 if sign > 0 else 1e-14)
+    assert r["foot0.contact[1].normal_force"][-1] == pytest.approx(load, rel=1e-12)
+    assert {e.kind for e in r.events} <= ({"slip"} if sign > 0 else set())
+
+
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(120))
 def test_a_plate_on_three_feet_slides_and_spins_as_an_independent_integration_says(seed: int) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.engine.unilateral.test_geneva_locks import LockedGeneva
 from tests.engine.unilateral.test_slots_with_play import Geneva
 from tests.engine.unilateral.unilateral_scenes import G, body, scene
 from tests.fmu.exported_fmus import FOLDER
@@ -42,3 +43,13 @@ def test_a_geneva_wheel_as_an_fmu_turns_as_in_a_run() -> None:
     r = simulate(g.scene(), until=0.5, rtol=1e-10, kernel="parts")
     assert host.get("pivot.q[1]")[0] == pytest.approx(r["pivot.q[1]"][-1], abs=1e-8)
     assert r["pivot.q[1]"][-1] - g.rest > 0.5
+
+
+def test_a_locked_geneva_wheel_as_an_fmu_stays_at_its_horn() -> None:
+    g, file = LockedGeneva(0), FOLDER / "locked_geneva.fmu"
+    export(g.scene(), file, kind="cs", kernel="parts")
+    host = Host(file, solver__tolerance=1e-10)
+    for k in range(6):
+        host.fmu.doStep(0.05 * k, 0.05)
+    assert host.get("pivot.q[1]")[0] == pytest.approx(g.angle_at_horn(), abs=1e-12)
+    assert host.get("horn0high.contact[1].normal_force")[0] == pytest.approx(g.force_at_horn(), rel=1e-8)

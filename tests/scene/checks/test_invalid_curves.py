@@ -41,6 +41,9 @@ WRONG = {
     "0 slots": PIN.replace("1 mm", "1 mm, repeated: 0"),
     "the curve leaves its sector of 360°/60": PIN.replace("1 mm", "1 mm, repeated: 60"),
     "a closed curve has no end for a mouth": PIN.replace("1 mm", "1 mm, mouth: end").replace("0]]", "0]], closed: true"),
+    "the ends of a slot are its mouths": PIN.replace("unilateral: {}", "unilateral: {thickness: 1 mm}"),
+    "the wall is closed, so it has no ends": GOOD.replace("0]]}", "0]], closed: true}, unilateral: {thickness: 1 mm}"),
+    "this contact has no ends": "{type: point_on_plane, axis: z, inboard: a, outboard: b, unilateral: {thickness: 1 mm}}",
     "m is a point_on_curve joint; a joint that follows": GOOD.replace(", curve", ", mimic: {joint: on_b}, curve"),
 }
 
