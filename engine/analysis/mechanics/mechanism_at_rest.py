@@ -63,8 +63,8 @@ class MechanismAtRest:
         self.block.attach_jacobian()
 
     def place(self, q: np.ndarray) -> None:
-        """Move to the coordinates q (nq). End stops and latches then act as in this pose. Raises SimulationError if no run can begin
-        there."""
+        """Move to the coordinates q (nq). End stops and latches then act as in this pose. Raises SimulationError if the mechanism
+        cannot rest there."""
         self.block.y[: self.system.nq] = q
         self._begin()
 

@@ -119,8 +119,8 @@ def _mode(value: complex, shape: np.ndarray, names: Sequence[str], fastest: floa
 
 
 def _hold_pairs(pose: sm.Scene, opened: Collection[str]) -> tuple[tuple[str, ...], list[np.ndarray]]:
-    """(joints, rows): the joints that friction holds in ``pose``, and the rates of their pairs as functions of the rates of the tree
-    (rows of nv numbers). opened: joints whose contacts are open."""
+    """(joints, rows): the joints that friction holds in ``pose``, and the rates of their pairs as linear functions of the tree's
+    rates (rows of nv numbers). opened: joints whose contacts are open."""
     model = Model(hold_drives(pose)[0], ())
     start_at_rest(model)
     probe = Probe(model.block)

@@ -220,6 +220,7 @@ def test_the_range_of_rest_about_a_random_loops_pose_contains_this_pose(family: 
     scene = crossed(family, seed)
     found = equilibrium(scene, along=joint)
     [band], [at] = found.bands, found.q[joint]
-    assert (band.low is None or band.low <= at + CLOSE) and (band.high is None or band.high >= at - CLOSE)
+    assert band.low is None or band.low <= at + CLOSE
+    assert band.high is None or band.high >= at - CLOSE
     run = simulate(start_at(remove_friction(scene), found.q), until=1e-6, every=1e-6)
     assert max(abs(run[c][0]) for c in run.matching("*.qdd[*]")) < 1e-4

@@ -1,5 +1,5 @@
-"""Derivatives up to a time do not depend on the rest of the run, in random mechanisms whose pairs stick and whose contacts begin and
-end."""
+"""Derivatives up to a time do not depend on the rest of the run, in random mechanisms with pairs that stick and with contacts that
+begin and end."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ def test_derivatives_up_to_a_time_do_not_depend_on_the_rest_of_the_run(family: s
     try:
         runs = [trunnion.sensitivity(scene, mass, ["*.q[*]", "*.qd[*]"], until, 0.01) for until in (0.05, 0.1, 0.15)]
     except trunnion.SimulationError as refusal:
-        assert "no derivative" in str(refusal)
+        if "no derivative" not in str(refusal):
+            raise
         return
     whole = runs[-1].derivatives
     for shorter in runs[:-1]:
