@@ -12,7 +12,7 @@ from tests.reference.scenes.random_device_scenes import CONTACTS, FAMILIES, cros
 
 PRECISION = 1e-6
 """Allowed difference relative to the largest derivative. A run that ends elsewhere has other steps before its end."""
-BRIEF = {(family, 0) for family in ("belts", "cams", "dropped_levers", "braked_wheels")}
+BRIEF = {(family, 0) for family in ("belts", "cams", "dropped_levers", "braked_wheels", "drives_that_die")}
 
 
 @pytest.mark.parametrize(("family", "seed"), sampled([(f, seed) for f in FAMILIES | CONTACTS for seed in range(3)], BRIEF))
