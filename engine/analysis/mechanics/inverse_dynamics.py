@@ -45,8 +45,7 @@ class InverseDynamics:
         units: units of the c columns.
         values: values (n × c) in these units; NaN at times at which the pose or its forces have no solution.
         missing: one text for each time without a solution, with the reason.
-        notes: reactions and efforts that are not unique at the first time with a solution; instants at which friction at rest
-            could carry a part of the efforts.
+        notes: reactions and efforts that are not unique at the first time with a solution.
     """
 
     time: np.ndarray
@@ -76,8 +75,7 @@ def inverse(
 
     The motion of the other joints follows from the equations. In a closed loop all degrees of freedom must be prescribed.
     Springs, dampers, end stops, loads and friction act as in a run. The scene's own effort on a prescribed freedom is ignored.
-    Latches stay as they are at the start of the scene, because each instant is solved independently. Pairs that the given motion
-    keeps at rest exert no friction.
+    Latches stay as they are at the start of the scene, because each instant is solved independently.
 
     Args:
         scene: as for ``simulate``.
