@@ -87,10 +87,15 @@ def defect_text(error: Exception, verbose: bool) -> str:
         import traceback
 
         return "".join(traceback.format_exception(error))
-    frame = error.__traceback__
-    while frame is not None and frame.tb_next is not None:
-        frame = frame.tb_next
-    where = f" ({os.path.basename(frame.tb_frame.f_code.co_filename)}:{frame.tb_lineno})" if frame else ""
+    frames = []
+    at = error.__traceback__
+    while at is not None:
+        frames.append((os.path.basename(at.tb_frame.f_code.co_filename), at.tb_lineno, at.tb_frame.f_code.co_name))
+        at = at.tb_next
+    declared = next((f"{file}:{line}" for file, line, name in reversed(frames) if name == "<module>"), "")
+    if declared:  # the error arose while a module of the package was imported
+        return f"{declared}: cannot be imported: {error}\n    → correct this declaration, or install Trunnion again"
+    where = f" ({frames[-1][0]}:{frames[-1][1]})" if frames else ""
     return (
         f"internal error: {type(error).__name__}: {error}{where}\n"
         f"This is a defect of Trunnion {version()}. Please report it with the scene and this text; -v shows more."

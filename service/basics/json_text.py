@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from trunnion.simulation.results.csv_and_parquet import finite
+from trunnion.basics.json_values import finite
 
 
 def text_of(data: Any) -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from trunnion.cli import main
+from trunnion.cli.entry_point import defect_text
 from trunnion.cli.output.printed_output import number
 from trunnion.simulation.results.csv_and_parquet import load_result_table
 
@@ -292,3 +294,15 @@ def test_a_folder_without_a_scene_is_reported_with_the_file_to_give(tmp_path: Pa
     err = capsys.readouterr().err
     assert "the folder has no scene.yaml" in err
     assert f"give the file itself: {tmp_path / 'crane.yaml'}" in err
+
+
+def test_a_declaration_that_contradicts_itself_is_no_internal_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The text names the file and line that cannot be imported, the cause and the remedy."""
+    (tmp_path / "declared_law.py").write_text('"""A law."""\n\nraise ValueError("law trial: no formula")\n', encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(ValueError, match="no formula") as raised:
+        importlib.import_module("declared_law")
+    cause, remedy = defect_text(raised.value, False).splitlines()
+    assert cause == "declared_law.py:3: cannot be imported: law trial: no formula"
+    assert "correct this declaration" in remedy
+    assert defect_text(ValueError("a defect"), False).startswith("internal error: ValueError")

@@ -12,10 +12,10 @@ import numpy as np
 from trunnion.analysis.fits.parameter_estimation import Fit
 from trunnion.analysis.sensitivities.sensitivity import sensitivity
 from trunnion.basics.errors import Problem, SceneError, SimulationError, raise_problems
+from trunnion.basics.json_values import finite
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.overrides import apply
 from trunnion.scene.units.python_arguments import Amounts, Names, names_given
-from trunnion.simulation.results.csv_and_parquet import finite
 
 
 @dataclass(frozen=True)

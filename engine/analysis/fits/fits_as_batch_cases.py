@@ -12,12 +12,12 @@ import numpy as np
 from trunnion.analysis.fits.request_and_answer import FitRequest, answer_fit, combine_answers
 from trunnion.basics.arrow_columns import field
 from trunnion.basics.errors import SceneError, SimulationError
+from trunnion.basics.json_values import finite
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.batch.cases.grids_and_samples import Cases
 from trunnion.batch.plan_and_runner import Plan, Stopped
 from trunnion.batch.tables.case_table import schema
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.simulation.results.csv_and_parquet import finite
 from trunnion.simulation.settings.run_settings import Run
 
 if TYPE_CHECKING:

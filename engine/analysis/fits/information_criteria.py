@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from trunnion.basics.json_values import finite
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.simulation.results.csv_and_parquet import finite
 
 if TYPE_CHECKING:
     from trunnion.analysis.fits.measurements import CurveComparison

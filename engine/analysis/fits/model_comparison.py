@@ -11,12 +11,12 @@ from trunnion.analysis.fits.information_criteria import Criteria
 from trunnion.analysis.fits.measurements import MeasuredRun
 from trunnion.analysis.fits.parameter_estimation import Fit, fit, make_objective
 from trunnion.basics.errors import Problem, SceneError, SimulationError
+from trunnion.basics.json_values import finite
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import Given, apply, law_changes, scene_given
 from trunnion.scene.units.python_arguments import Names, names_given
-from trunnion.simulation.results.csv_and_parquet import finite
 
 CLEAR = 2.0
 """A criterion does not decide between two models if its values differ by less than this value. The better model is then less than e

@@ -26,11 +26,11 @@ from trunnion.analysis.fits.model_curves import ModelCurves, start_values
 from trunnion.analysis.fits.profile_likelihood import BetterFitFound, Interval, Profiles, threshold
 from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_values
 from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.json_values import finite
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import Given, list_parameters, scene_given
 from trunnion.scene.units.python_arguments import Names, names_given
-from trunnion.simulation.results.csv_and_parquet import finite
 
 log = logging.getLogger("trunnion.analysis.fits")
 MOST_SEARCHES = 3

@@ -14,9 +14,9 @@ import numpy as np
 
 from trunnion.analysis.fits.least_squares_objective import Objective
 from trunnion.basics.errors import SceneError, SimulationError
+from trunnion.basics.json_values import finite
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
-from trunnion.simulation.results.csv_and_parquet import finite
 
 END_TOLERANCE = 1e-3
 """At an end of an interval, √rise may differ from its threshold by at most this value, relative to the threshold. The relative

@@ -55,8 +55,7 @@ def other_rests(still: MechanismAtRest) -> Iterator[tuple[np.ndarray, str]]:
             if alone:
                 found.append(still.pose())
                 yield found[-1], kind
-    still.block.y[: system.nq] = found[0]
-    still.settle()
+    still.place(found[0])
 
 
 def _settles(still: MechanismAtRest) -> bool:

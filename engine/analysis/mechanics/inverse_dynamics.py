@@ -11,6 +11,7 @@ import numpy as np
 from trunnion.basics.errors import Problem, SimulationError, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
+from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
@@ -93,7 +94,8 @@ def inverse(
     t = np.asarray(time, float)
     curves = _curves(loaded, t, motion)
     model = Model(_driven(loaded, curves), outputs if outputs is not None else _usual(loaded, curves))
-    return _rows(model, t, curves)
+    found = _rows(model, t, curves)
+    return replace(found, notes=(*found.notes, *_notes_at_rest(loaded, curves)))
 
 
 Freedom = tuple[str, int]
@@ -206,6 +208,18 @@ def _rows(model: Model, t: np.ndarray, curves: Mapping[Freedom, np.ndarray]) -> 
         raise SimulationError(f"there is no solution at any time; first failure: {missing[0]}")
     names, units = tuple(c.name for c in model.columns), tuple(c.unit for c in model.columns)
     return InverseDynamics(t, names, units, values, tuple(missing), tuple(notes))
+
+
+def _notes_at_rest(scene: sm.Scene, curves: Mapping[Freedom, np.ndarray]) -> list[str]:
+    """A note if a prescribed joint with friction at rest, or the whole mechanism, is at rest at some instants."""
+    rubbing = {n for n, j in scene.joints.items() if j.friction is not None and LAWS[scene.law_of(j.friction)].sets}
+    rates = {name: np.array([c[1] for (n, _), c in curves.items() if n == name]) for name, _ in curves}
+    still = [~rates[n].any(axis=0) for n in rates.keys() & rubbing]
+    still += [~np.vstack(list(rates.values())).any(axis=0)] if rubbing else []
+    at_rest = np.any(still, axis=0) if still else np.zeros(0, bool)
+    where = f"at rest at {np.count_nonzero(at_rest)} of {len(at_rest)} instants"
+    what = "there friction could carry a part of the efforts; the efforts without this part are reported"
+    return [f"{where}: {what}"] if at_rest.any() else []
 
 
 def _instant(model: Model, numbers: Numbers, parameters: np.ndarray, now: float) -> tuple[int | None, np.ndarray]:

@@ -14,9 +14,11 @@ from trunnion.analysis.static_bounds.kernel_function_calls import Probe
 from trunnion.analysis.static_bounds.start_pose_statics import hold_drives
 from trunnion.basics.errors import SimulationError
 from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.queries.cuttable_joints import with_cuts
 from trunnion.simulation.execution.failure_diagnosis import diagnose
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import Settings
+from trunnion.system.construction.spanning_tree import span
 from trunnion.system.structure.bodies_and_joints import state_coordinates
 
 RANK = 1e-9
@@ -26,9 +28,10 @@ CLOSE = 1e-13
 
 
 def remove_friction(scene: sm.Scene) -> sm.Scene:
-    """The scene without friction, with its drives held at their start."""
-    joints = {n: replace(j, friction=None, ends=None) for n, j in scene.joints.items()}
-    return hold_drives(replace(scene, joints=joints))[0]
+    """The scene without friction, with its drives held at their start. Its loops are cut at the same joints as with friction, so
+    that both scenes have the same states."""
+    joints, cut = {n: replace(j, friction=None, ends=None) for n, j in scene.joints.items()}, span(scene).cut
+    return hold_drives(with_cuts(replace(scene, joints=joints), {n: n in cut for n in joints}))[0]
 
 
 def open_contacts(scene: sm.Scene, opened: Collection[str]) -> sm.Scene:
@@ -58,6 +61,12 @@ class MechanismAtRest:
         if status:
             raise SimulationError(f"the start at rest cannot be evaluated: {diagnose(self.model, status)}")
         self.block.attach_jacobian()
+
+    def place(self, q: np.ndarray) -> None:
+        """Move to the coordinates q (nq). End stops and latches then act as in this pose. Raises SimulationError if the mechanism
+        cannot rest there."""
+        self.block.y[: self.system.nq] = q
+        self._begin()
 
     @property
     def freedoms(self) -> tuple[str, ...]:

@@ -3,7 +3,7 @@ held."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,10 +11,14 @@ import numpy as np
 from trunnion.analysis.mechanics.equilibrium_pose import coordinates, find_rest, start_at
 from trunnion.analysis.mechanics.friction_rest_ranges import copy_latches
 from trunnion.analysis.mechanics.mechanism_at_rest import MechanismAtRest, open_contacts, remove_friction
+from trunnion.analysis.static_bounds.kernel_function_calls import Probe
+from trunnion.analysis.static_bounds.start_pose_statics import hold_drives, start_at_rest
 from trunnion.basics.errors import SimulationError
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
+from trunnion.simulation.run import Model
+from trunnion.system.structure.friction_joint_indices import elements
 
 REST = 1e-7
 """A pose counts as a pose of rest if its largest acceleration, relative to the square of the scene's rate, is below this value."""
@@ -88,8 +92,10 @@ def modes(
     scale = max(still.model.built.numbers.rate**2, 1e-300)
     if np.abs(still.accelerations()).max(initial=0.0) > REST * scale:
         raise SimulationError("the start is not a pose of rest: omit at_start, or set the start coordinates of a pose of rest")
-    held = tuple(n for n, j in loaded.joints.items() if j.friction is not None) if stick else ()
-    K, C, basis = still.reduced(_locked(still, held))
+    q = coordinates(still.system, still.pose())
+    pose = copy_latches(open_contacts(start_at(loaded, q), still.open_contacts()), still.scene)
+    held, locked = _hold_pairs(pose, still.open_contacts()) if stick else ((), [])
+    K, C, basis = still.reduced(locked)
     n = len(K)
     whole = np.block([[np.zeros((n, n)), np.eye(n)], [K, C]]) if n else np.zeros((0, 0))
     values, vectors = np.linalg.eig(whole) if n else (np.zeros(0), np.zeros((0, 0)))
@@ -101,9 +107,7 @@ def modes(
         idle += creeps
         if value.imag >= 0.0 and not (creeps and idle % 2 == 0):
             found.append(_mode(value, basis @ vector[:n], still.freedoms, fastest))
-    q = coordinates(still.system, still.pose())
-    pose = open_contacts(start_at(loaded, q), still.open_contacts())
-    return VibrationModes(q, tuple(found), held, copy_latches(pose, still.scene))
+    return VibrationModes(q, tuple(found), held, pose)
 
 
 def _mode(value: complex, shape: np.ndarray, names: Sequence[str], fastest: float) -> VibrationMode:
@@ -114,14 +118,16 @@ def _mode(value: complex, shape: np.ndarray, names: Sequence[str], fastest: floa
     return VibrationMode(abs(value.imag) / (2 * np.pi), -value.real / abs(value), float(value.real), told)
 
 
-def _locked(still: MechanismAtRest, held: Sequence[str]) -> list[np.ndarray]:
-    """Linear functions of the rates (rows of nv numbers) that are zero while the joints ``held`` are held. Raises SimulationError
-    for a cut joint."""
-    cut = [j for j in still.system.cuts if j.name in held]
-    if cut:
-        raise SimulationError(f"{cut[0].name} is a loop's cut joint and cannot be held: set cut: true on another joint of the loop")
-    unit = np.eye(still.system.nv)
-    return [unit[j.v0 : j.v0 + len(j.free)] for j in still.system.tree if j.name in held]
+def _hold_pairs(pose: sm.Scene, opened: Collection[str]) -> tuple[tuple[str, ...], list[np.ndarray]]:
+    """(joints, rows): the joints that friction holds in ``pose``, and the rates of their pairs as linear functions of the tree's
+    rates (rows of nv numbers). opened: joints whose contacts are open."""
+    model = Model(hold_drives(pose)[0], ())
+    start_at_rest(model)
+    probe = Probe(model.block)
+    rates = np.array([probe.rates(e)[0] for e in np.eye(model.system.nv)]).reshape(model.system.nv, -1).T
+    held = [e for e in elements(model.system) if e.joint.name not in opened]
+    rows = [e.rate0 + e.eta.index(k) for e in held for pair in e.friction.sliders for k in pair.eta]
+    return tuple(e.joint.name for e in held), list(rates[rows])
 
 
 def displaced(result: VibrationModes, number: int, size: float = 0.3) -> sm.Scene:

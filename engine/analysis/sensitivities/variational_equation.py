@@ -258,6 +258,8 @@ class SensitivityIntegrator:
         for _ in range(MOST_ITERATIONS):
             r = u.evaluate(x, y, z)[rows].copy()
             by_z = u.multiplier_derivatives()[rows]
+            if not (np.isfinite(r).all() and np.isfinite(by_z).all()):
+                return None  # Newton's method diverges
             scale = np.maximum(np.abs(by_z).max(axis=1), 1e-300)
             change = np.linalg.lstsq(by_z / scale[:, None], -r / scale, rcond=RANK)[0]
             z = z + change

@@ -66,8 +66,8 @@ def measure(scene: SceneData, arguments: dict[str, Any], place: str, as_json: bo
     from trunnion.analysis.work_precision.machine_description import pin_to_one_core
     from trunnion.analysis.work_precision.output_files import make_folder, write_work_precision
     from trunnion.analysis.work_precision.request_and_results import WorkPrecisionRequest
+    from trunnion.basics.json_values import finite
     from trunnion.cli.output.progress_bars import ProgressBar
-    from trunnion.simulation.results.csv_and_parquet import finite
 
     make_folder(place)
     with pin_to_one_core(), ProgressBar(f"chart {scene.name}") as bar:

@@ -49,6 +49,6 @@ def error_lines(lines: Iterable[str]) -> None:
 
 def print_json(data: object) -> None:
     """Print one JSON document on standard output."""
-    from trunnion.simulation.results.csv_and_parquet import finite
+    from trunnion.basics.json_values import finite
 
     print(json.dumps(finite(data), ensure_ascii=False, indent=2))

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from trunnion.simulation.results.csv_and_parquet import finite
+from trunnion.basics.json_values import finite
 
 
 def make_html_page(template: Path, style: str, scripts: Sequence[str], title: str, data: Any) -> str:

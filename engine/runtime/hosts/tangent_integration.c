@@ -241,23 +241,37 @@ int tr_cross_event(tr_sim *s, const tr_tangents *g, double t, const double *y, c
   return 1;
 }
 
+/* Like tr_march_tangents, from the state of `c`. `x` and the friction of the block change. */
+static int tr_march_steps(tr_march *c, int count, const double *t, const double *y, size_t next, const double *x, const double *after,
+                          const double *stages, const int *marks) {
+  const tr_tangents *g = c->g;
+  for (int k = 0; k < count; ++k, marks += 4) {
+    const int stops = marks[0], sampled = marks[2], solved = marks[3];
+    tr_set_external(c, x + (size_t)k * g->nx, 0.5 * (t[k] + t[k + 1]));
+    memcpy(TR_A(c->s, x), c->x, sizeof(double) * g->nx); /* samples are projected with the contacts of this step */
+    c->inside = marks[1];
+    if (!tr_march_step(c, t[k], t[k + 1] - t[k], y + k * next, solved ? stages + (size_t)k * TR_STAGES * g->nz : 0)) return -1;
+    if (stops) return k + 1;
+    if (!sampled) continue;
+    tr_set_external(c, after + (size_t)(k + 1) * g->nx, t[k + 1] + JUST_AFTER);
+    memcpy(c->sample, y + (k + 1) * next, sizeof(double) * g->n);
+    memcpy(c->sample + g->n, g->S, sizeof(double) * g->n * g->m);
+    if (!tr_append_sample(c, t[k + 1])) return -1;
+    ++c->times;
+  }
+  return count;
+}
+
 int tr_march_tangents(tr_sim *s, const tr_tangents *g, int count, const double *t, const double *y, size_t next, const double *x, const double *after,
                       const double *stages, const int *marks, const double *times, double *values, double *derivatives) {
   tr_march c = {.s = s, .g = g, .times = times, .values = values, .derivatives = derivatives, .part = 1.0};
+  const int held = s->friction.held;
+  double last[g->nx];
+  memcpy(last, TR_A(s, x), sizeof last);
   tr_begin_march(&c);
-  for (int k = 0; k < count; ++k, marks += 4) {
-    const int stops = marks[0], sampled = marks[2], solved = marks[3];
-    tr_set_external(&c, x + (size_t)k * g->nx, 0.5 * (t[k] + t[k + 1]));
-    tr_moment_of(s)->inside = 0.5 * (t[k] + t[k + 1]);
-    c.inside = marks[1];
-    if (!tr_march_step(&c, t[k], t[k + 1] - t[k], y + k * next, solved ? stages + (size_t)k * TR_STAGES * g->nz : 0)) return -1;
-    if (stops) return k + 1;
-    if (!sampled) continue;
-    tr_set_external(&c, after + (size_t)(k + 1) * g->nx, t[k + 1] + JUST_AFTER);
-    memcpy(c.sample, y + (k + 1) * next, sizeof(double) * g->n);
-    memcpy(c.sample + g->n, g->S, sizeof(double) * g->n * g->m);
-    if (!tr_append_sample(&c, t[k + 1])) return -1;
-    ++c.times;
-  }
-  return count;
+  s->friction.held = 0; /* the pairs that rest at the end of the run may slide here */
+  const int made = tr_march_steps(&c, count, t, y, next, x, after, stages, marks);
+  s->friction.held = held;
+  memcpy(TR_A(s, x), last, sizeof last);
+  return made;
 }

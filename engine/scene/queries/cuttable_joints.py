@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Joint, Scene
 from trunnion.scene.queries.shaft_joints import couples_shafts, shaft_joints
@@ -28,3 +31,11 @@ def may_be_cut(j: Joint) -> bool:
     """Whether the constraint rows of a cut joint, (46) and (49), can represent this joint. These rows represent neither a drive nor
     rotor inertia. ``tied`` gives further joints that may not be cut."""
     return REGISTRY[j.type].cuttable and not is_driven(j) and not has_rotor(j)
+
+
+def with_cuts(scene: Scene, wishes: Mapping[str, bool | None]) -> Scene:
+    """The scene with the key ``cut`` of every joint that may be cut as in ``wishes``, {joint: value}. Other joints have no key
+    ``cut``."""
+    never = tied(scene)
+    cuts = {n: wishes[n] if may_be_cut(j) and n not in never else None for n, j in scene.joints.items()}
+    return replace(scene, joints={n: replace(j, cut=cuts[n]) for n, j in scene.joints.items()})

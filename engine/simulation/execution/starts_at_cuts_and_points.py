@@ -15,7 +15,7 @@ from trunnion.parts.kernels.scene_kernel import parts_kernel
 from trunnion.scene.data_classes.scene import Joint, Scene, Side
 from trunnion.scene.findings.findings_and_paths import Path, dotted
 from trunnion.scene.queries.body_poses_and_joint_sides import UPRIGHT
-from trunnion.scene.queries.cuttable_joints import may_be_cut, tied
+from trunnion.scene.queries.cuttable_joints import may_be_cut, with_cuts
 from trunnion.scene.queries.mechanism_without_forces import without_forces
 from trunnion.simulation.execution.assembly_notes import assembly_notes
 from trunnion.simulation.runtime_interface import simulation_block as bl
@@ -42,7 +42,8 @@ def build_with_starts(scene: Scene) -> Built:
         return built
     elsewhere = without_forces(scene)
     if light or unused:
-        elsewhere = _cut_at(elsewhere, usual) if light and not any(_given(scene, n) for n in usual) else _cut_elsewhere(scene)
+        as_usual = light and not any(_given(scene, n) for n in usual)
+        elsewhere = with_cuts(elsewhere, {n: n in usual for n in scene.joints}) if as_usual else _cut_elsewhere(scene)
     n, found = built.numbers, _tree_starts(built, elsewhere, points, light)
     if found is None:
         if exact := [name for name in unused if _is_exact(scene, name)]:
@@ -91,16 +92,8 @@ def _given_at_cuts(scene: Scene, built: Built) -> set[str]:
 def _cut_elsewhere(scene: Scene) -> Scene:
     """The scene without forces. Its loops are cut at the joints with the fewest given start values, among those joints that may be
     cut."""
-    bare, wish, never = without_forces(scene), {0: True, 1: None, 2: False}, tied(scene)
-    cuts = {n: wish[len(_given(scene, n))] if may_be_cut(j) and n not in never else None for n, j in bare.joints.items()}
-    return replace(bare, joints={n: replace(j, cut=cuts[n]) for n, j in bare.joints.items()})
-
-
-def _cut_at(scene: Scene, cut: tuple[str, ...]) -> Scene:
-    """The scene with its loops cut at these joints."""
-    never = tied(scene)
-    wish = {n: n in cut if may_be_cut(j) and n not in never else None for n, j in scene.joints.items()}
-    return replace(scene, joints={n: replace(j, cut=wish[n]) for n, j in scene.joints.items()})
+    bare, wish = without_forces(scene), {0: True, 1: None, 2: False}
+    return with_cuts(bare, {n: wish[len(_given(scene, n))] for n in bare.joints})
 
 
 def _tree_starts(

@@ -24,6 +24,7 @@ import orjson
 from trunnion.basics import arrow_columns
 from trunnion.basics.atomic_files import writing
 from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.json_values import finite
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.number_declarations import ZERO_BELOW
 from trunnion.basics.optional_packages import brought
@@ -62,16 +63,6 @@ def metadata(result: ResultData) -> dict[str, str]:
         encoded["certainty"] = result.certainty.document()
     plain = {"format": FORMAT, "version": version(), "name": result.scene.name}
     return plain | {k: json.dumps(finite(v), ensure_ascii=False) for k, v in encoded.items()}
-
-
-def finite(value: Any) -> Any:
-    """Nested data for JSON: NaN and infinite numbers become None, tuples become lists, NumPy numbers become Python numbers."""
-    if isinstance(value, dict):
-        return {str(k): finite(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(v) for v in value]
-    plain = value.item() if isinstance(value, np.generic) else value
-    return None if isinstance(plain, float) and not math.isfinite(plain) else plain
 
 
 def to_arrow(result: ResultData) -> pyarrow.Table:

@@ -17,9 +17,9 @@ from trunnion.analysis.fits.fits_from_plain_data import read_comparison, read_fi
 from trunnion.analysis.fits.identifiability import slope_spectrum
 from trunnion.analysis.fits.request_and_answer import FitRequest, request_problems
 from trunnion.basics.interrupts import watched
+from trunnion.basics.json_values import finite
 from trunnion.cli.output.fit_report import evidence_lines, lines, proposal_lines
 from trunnion.scene.scene_loader import scene_from_dict
-from trunnion.simulation.results.csv_and_parquet import finite
 
 DRAG = "joints.rail.damping"
 SCENE = scene_from_dict(GLIDER)

@@ -11,7 +11,7 @@ import pytest
 from tests.benchmarks.numerical_error.fit_interval_coverage import CASES, Bench
 from trunnion.analysis.fits.least_squares_objective import Objective
 from trunnion.analysis.fits.model_curves import ModelCurves
-from trunnion.simulation.results.csv_and_parquet import finite
+from trunnion.basics.json_values import finite
 
 
 class Everywhere(Objective):

@@ -10,8 +10,11 @@ import pytest
 from scipy.optimize import minimize
 
 from tests.analysis.mechanics.point_mass_chain import GRAVITY, chain
+from tests.default_case_selection import sampled
+from tests.reference.scenes.random_device_scenes import crossed
 from trunnion import SceneError, SimulationError, equilibrium, load_scene, simulate
 from trunnion.analysis.mechanics.equilibrium_pose import start_at
+from trunnion.analysis.mechanics.mechanism_at_rest import remove_friction
 from trunnion.scene.data_classes import scene as sm
 
 CLOSE = 1e-8
@@ -203,3 +206,21 @@ def test_a_double_pendulum_has_three_unstable_rests() -> None:
     up = sorted(tuple(round(abs(v[0]) / np.pi) % 2 for v in o.q.values()) for o in found.others)
     assert up == [(0, 1), (1, 0), (1, 1)]
     assert {o.kind for o in found.others} == {"unstable"}
+
+
+LOOPS = [("five_bars", 0, "j4"), ("grippers", 0, "fa"), ("screw_levers", 4, "turn"), ("freewheels_in_four_bars", 0, "j3"),
+         ("five_bars", 1, "j4"), ("five_bars", 3, "j4"), ("grippers", 2, "fa"), ("worm_drives", 0, "arm")]  # fmt: skip
+"""Random mechanisms whose loops are cut at other joints without friction, and a joint of each."""
+
+
+@pytest.mark.parametrize(("family", "seed", "joint"), sampled(LOOPS, 2))
+def test_the_range_of_rest_about_a_random_loops_pose_contains_this_pose(family: str, seed: int, joint: str) -> None:
+    """Without friction, the mechanism is at rest in the reported pose. The reported pose stays the same while further poses are
+    sought."""
+    scene = crossed(family, seed)
+    found = equilibrium(scene, along=joint)
+    [band], [at] = found.bands, found.q[joint]
+    assert band.low is None or band.low <= at + CLOSE
+    assert band.high is None or band.high >= at - CLOSE
+    run = simulate(start_at(remove_friction(scene), found.q), until=1e-6, every=1e-6)
+    assert max(abs(run[c][0]) for c in run.matching("*.qdd[*]")) < 1e-4

@@ -178,3 +178,19 @@ def test_every_mistake_in_a_motion_is_reported() -> None:
         inverse(scene, t, {"j0.q[1]": t})
     with pytest.raises(SceneError, match="no freedom"):
         inverse(replace(scene, name="other"), t, {})
+
+
+def test_an_effort_at_rest_is_the_weights_torque_and_a_note_tells_that_friction_could_carry_it() -> None:
+    """The arm stands near its lowest position, where friction alone holds it in a run. When it moves, there is no note."""
+    mass, length, angle = 2.0, 0.6, 0.002
+    rub = sm.Friction(mu=0.12, radius=0.008, half_length=0.015)
+    arm = sm.Body(box=(length, 0.04, 0.04), mass=mass, center=(length / 2, 0.0, 0.0))
+    pin = sm.Joint("revolute", "ground", "arm", axis="y", friction=rub, start=sm.Start(q=np.pi / 2 + angle))
+    scene = sm.Scene({"arm": arm}, {"pin": pin}, "arm")
+    run = simulate(scene, until=0.1, every=0.02)
+    assert not run["pin.qd[1]"].any()
+    motion = {c: run[c] for c in ("pin.q[1]", "pin.qd[1]", "pin.qdd[1]")}
+    found = inverse(scene, run.time, motion)
+    assert np.abs(found["pin.drive.effort[1]"]) == pytest.approx(np.full(6, mass * 9.81 * length / 2 * np.sin(angle)), rel=1e-9)
+    assert [n for n in found.notes if "at rest at 6 of 6 instants" in n]
+    assert not inverse(scene, run.time, motion | {"pin.qd[1]": np.ones(6)}).notes

@@ -11,6 +11,8 @@ import pytest
 from numpy.polynomial.laguerre import lagroots
 
 from tests.analysis.mechanics.point_mass_chain import GRAVITY, LENGTH, chain
+from tests.default_case_selection import sampled
+from tests.reference.scenes.random_device_scenes import crossed
 from trunnion import SimulationError, modes, simulate
 from trunnion.analysis.mechanics.vibration_modes import displaced
 from trunnion.cli import main
@@ -68,6 +70,21 @@ def test_a_joint_that_friction_holds_leaves_the_swing_of_the_rest() -> None:
     assert held.frequency == pytest.approx(np.sqrt(GRAVITY / LENGTH) / (2 * np.pi), rel=CLOSE)
     assert held.shape["j0.qd[1]"] == pytest.approx(0.0, abs=1e-12)
     assert [m.frequency for m in modes(scene).modes] == pytest.approx(sorted(hung(2)), rel=CLOSE)
+
+
+@pytest.mark.parametrize(("seed", "joint"), sampled([(s, j) for s in (0, 1) for j in ("j1", "j2", "j3")], 1))
+def test_friction_in_a_cut_joint_holds_it_as_a_stiff_spring_does(seed: int, joint: str) -> None:
+    """The spring is soft by one part in 1e7 of a stiffness per radian, and changes the frequency by about this part."""
+    scene = crossed("five_bars", seed)
+    rub = sm.Friction(torque=0.1)
+    joints = {n: replace(j, friction=rub if n == joint else None, cut=n == joint or None) for n, j in scene.joints.items()}
+    [held] = (found := modes(replace(scene, joints=joints), stick=True)).modes
+    assert found.held == (joint,)
+    rest = simulate(found.scene, until=1e-6, every=1e-6)[f"{joint}.q[1]"][0]
+    sprung = replace(found.scene.joints[joint], friction=None, spring=sm.Spring(1e7, rest=float(rest)))
+    slow, fast = modes(replace(found.scene, joints=found.scene.joints | {joint: sprung}), at_start=True).modes
+    assert slow.frequency == pytest.approx(held.frequency, rel=1e-6)
+    assert fast.frequency > 1e3 * slow.frequency
 
 
 def test_a_loop_swings_as_a_run_of_it_does() -> None:

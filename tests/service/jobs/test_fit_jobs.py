@@ -17,6 +17,7 @@ from tests.service.executor.test_failure_recovery import QUICK, children
 from tests.service.http_servers import PATIENCE, Served, eventually
 from tests.service.page.chromium_tab import browser, page, show, tab
 from trunnion.basics.errors import SceneError
+from trunnion.basics.json_values import finite
 from trunnion.cli import main
 from trunnion.scene.file_format.yaml_writer import scene_to_dict
 from trunnion.scene.overrides import scene_given
@@ -25,7 +26,6 @@ from trunnion.service.basics.server_settings import Limits
 from trunnion.service.client.remote_jobs import Connection, Job, connect
 from trunnion.service.request_models.job_request import JobRequest, plan_of_document
 from trunnion.service.request_workers.worker_tasks import stored_fields, validate_request
-from trunnion.simulation.results.csv_and_parquet import finite
 
 __all__ = ["browser", "page", "tab"]
 DRAG = "joints.rail.damping"
