@@ -16,6 +16,9 @@ from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion
 TYPES = ("point_on_curve", "point_on_plane", "cam", "pin_in_slot")
 DELAY = 1e-3
 """Delay of the springs, s."""
+SOFTER = 1e-3
+"""Stiffness of these contacts relative to that of joints. With equal stiffness, an impact would be over before the pins react, and
+friction within it would depend on this. Rigid joints react at once."""
 PLACES, NEWTON, FOUND = 200, 8, 1e-12
 """Places on a curve from which the search for the nearest place starts; most steps of this search, and the step that ends it. The
 error after that step is its square."""
@@ -110,7 +113,7 @@ class Contacts:
         self.sides, self.flat = frames.sides(names), np.array([j.type == "point_on_plane" for j in joints], bool)
         self.paths = [None if j.type == "point_on_plane" else Path(j) for j in joints]
         self.roller = np.array([0.0 if j.type == "point_on_plane" else float(j.roller or 0.0) for j in joints])
-        self.k = level.stiffness * np.array([(j.stiffness or USUAL) / USUAL for j in joints])
+        self.k = SOFTER * level.stiffness * np.array([(j.stiffness or USUAL) / USUAL for j in joints])
         self.closed = np.array([j.unilateral.starts != "open" for j in joints], bool)
         self.inside = self.closed.copy()
         self.rubs = np.flatnonzero([j.friction is not None for j in joints])
