@@ -11,6 +11,9 @@ static void tr_record_reversals(tr_sim *s, double theta_end);
 
 static void tr_move_run_to(tr_sim *s, double t, const double *y);
 
+/* Largest number of contacts for which all sets are tried. */
+enum { SETS_OF_MOST = 6 };
+
 /* One phase of an impact. at: contacts that touch. target: rate of each gap after the impact if its contact is closed, m/s. least:
  * lower bound of the impulse of each contact, N s. closed, impulse: results. */
 typedef struct tr_phase {

@@ -17,7 +17,6 @@
 #define FLIGHT_STEP 2.0
 #define LOCATED (100.0 * TOL_STOP) /* m: depth at the end of a step from which a landing inside the step is found */
 #define CHOICES_MOST 60 /* largest number of changes of contacts in one decision */
-#define SETS_OF_MOST 6  /* largest number of contacts at rest for which all sets are tried */
 
 /* A contact at an event. touches: whether its gap is 0. ends: whether its series of impacts ends. was: whether it was closed.
  * touched: whether it was closed or unloaded. rate: rate of the gap, m/s. approach: rate of the gap before an impact; 0 without an

@@ -2,7 +2,7 @@
 #include "stepping/stepping.h"
 
 #define SAME_RATES 1e-9     /* relative to the largest change of a rate: rates that differ by less are the same */
-#define PARTS_MOST 100      /* largest number of parts of a phase; each part ends where the sliding of a pair stops */
+#define PARTS_MOST 100      /* largest number of parts of a phase; in the last part, the rates after it decide friction */
 
 /* Begin the record of an impact from the state y (tr_impact_length). */
 static void tr_record_impact(tr_sim *s, const double *y) {
@@ -59,7 +59,7 @@ static int tr_make_phase(tr_sim *s, double t, double *y, const tr_phase *p, cons
     memcpy(old, y, sizeof old), memcpy(before, map_rates(s->k, TR_A(s, maps)), sizeof(double) * s->k->nrates);
     tr_apply_impulses(s, t, y, 1.0);
     tr_find_first_stop(s, before, map_rates(s->k, TR_A(s, maps)), &stops);
-    const int ends = (stops < 0 && !tr_has_slip_turned(s, before, map_rates(s->k, TR_A(s, maps)))) || !(part > 0.0);
+    const int ends = (stops < 0 && !tr_has_slip_turned(s, before, map_rates(s->k, TR_A(s, maps)))) || !(part > 0.0) || parts == PARTS_MOST - 1;
     if (ends || parts == 0) tr_record_part(s, p, restitution, -1, 1.0);
     if (parts == 0) memcpy(whole, y, sizeof whole);
     if (ends) {

@@ -11,7 +11,7 @@
 #define SLIP_TURNED 1e-9 /* sine of the least angle by which an impact turns a sliding direction */
 
 static double tr_find_first_stop(const tr_sim *s, const double *before, const double *after, int *which) {
-  const double rest = tr_rest_speed(tr_speed_unit(s));
+  const double rest = tr_rest_speed_in_impact(s);
   double first = 1.0;
   *which = -1;
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -32,7 +32,7 @@ static double tr_speed_of_rates(const tr_sim *s, int i, const double *rates) {
 
 /* Whether the friction of a pair turns between the rates `before` and `after`. */
 static int tr_has_slip_turned(const tr_sim *s, const double *before, const double *after) {
-  const double rest = tr_rest_speed(tr_speed_unit(s));
+  const double rest = tr_rest_speed_in_impact(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);
     const double v = tr_speed_of_rates(s, i, before), u = tr_speed_of_rates(s, i, after);
@@ -87,7 +87,7 @@ static int tr_step_along_path(tr_sim *s, double t, double *y, const tr_growth *g
 static int tr_does_part_end(tr_sim *s, double t, const double *y, const tr_growth *g, const double *before, double grown, int *which) {
   const tr_phase *p = g->p;
   double gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
-  const double rest = tr_rest_speed(tr_speed_unit(s));
+  const double rest = tr_rest_speed_in_impact(s);
   tr_evaluate_maps_at(s, t, y);
   const double *after = map_rates(s->k, TR_A(s, maps));
   tr_find_first_stop(s, before, after, which);
@@ -167,7 +167,7 @@ static int tr_needs_path(const tr_sim *s, const tr_phase *p, const double *rate,
     contacts += p->impulse[c] > 0.0, pushes += p->impulse[c], held += p->least[c];
     if (p->at[c]) lacks += fmax(p->target[c] - rate[c], 0.0);
   }
-  for (int i = 0; i < s->k->nsliders; ++i) turns |= tr_may_turn(s, i) && !tr_is_at_rest(s, i);
+  for (int i = 0; i < s->k->nsliders; ++i) turns |= tr_may_turn(s, i) && tr_pair_speed(s, i) > tr_rest_speed_in_impact(s);
   g->several = contacts > 1 && lacks > 0.0 && !(held > 0.0) ? pushes / lacks : 0.0;
   return turns || g->several > 0.0;
 }

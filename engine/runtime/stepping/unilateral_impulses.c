@@ -6,6 +6,7 @@
 #define IMPACT_TIME 1e-12   /* in units of 1 / rate scale: length of this impulse step */
 /* relative to the largest impulse, or the largest speed: smaller impulses and speeds are round-off, and have no meaningful sign */
 #define IMPULSE_NOTHING 1e-11
+#define REACHED 1e-6        /* relative to the change of rates: a closed contact may miss its target rate by this much */
 #define PIVOTS_MOST 60      /* largest number of steps of the search, which opens or closes one contact per step */
 
 static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phase *p, const double *rate, int slides) {
@@ -25,7 +26,7 @@ static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phas
     else tr_freeze_direction(s, i);
   }
   for (int i = 0; i < s->k->nsliders && slides; ++i)
-    if (tr_slides_on(s, i, slides) && !tr_is_at_rest(s, i)) tr_mode_of(s, i)->flag = TR_SLIPS;
+    if (tr_slides_on(s, i, slides) && tr_pair_speed(s, i) > tr_rest_speed_in_impact(s)) tr_mode_of(s, i)->flag = TR_SLIPS;
   tr_copy(tr_state_width(s), y, mid);
   s->impact = (tr_impact){1, slides, h};
   s->moreau.frozen = 0, s->moreau.decides = INFINITY, s->moreau.keeps = 0;
@@ -73,6 +74,29 @@ static void tr_apply_impulses(tr_sim *s, double t, double *y, double part) {
   }
 }
 
+/* Whether each closed contact has its target rate. Contacts whose rows depend on each other may have none in common. */
+static int tr_reach_targets(const tr_sim *s, const tr_phase *p, const double *rate) {
+  double speed = 0.0, apart = 0.0;
+  for (int c = 0; c < s->k->nunilateral; ++c) {
+    if (!p->at[c] || !p->closed[c]) continue;
+    speed = fmax(speed, fabs(rate[c] - p->target[c]));
+    apart = fmax(apart, fabs(rate[c] + s->impact.h * tr_gap_acceleration(s, c, 0) - p->target[c]));
+  }
+  return apart <= REACHED * speed;
+}
+
+/* Try all sets of closed contacts among those that touch. Returns whether the impulses of a set fulfil all conditions. */
+static int tr_try_all_impulse_sets(tr_sim *s, double t, const double *y, const tr_phase *p, const double *rate) {
+  int m = 0, all[s->k->nunilateral + 1];
+  for (int c = 0; c < s->k->nunilateral; ++c)
+    if (p->at[c]) all[m++] = c;
+  for (int set = 1; m <= SETS_OF_MOST && set < 1 << m; ++set) {
+    for (int q = 0; q < m; ++q) p->closed[all[q]] = set >> q & 1;
+    if (tr_solve_impulses(s, t, y, p, rate, 0) && tr_find_worst_contact(s, p, rate) < 0 && tr_reach_targets(s, p, rate)) return 1;
+  }
+  return 0;
+}
+
 static int tr_find_impulses(tr_sim *s, double t, const double *y, const tr_phase *p, const double *rate) {
   for (int it = 0; it < PIVOTS_MOST; ++it) {
     if (!tr_solve_impulses(s, t, y, p, rate, 0)) return 0;
@@ -80,6 +104,6 @@ static int tr_find_impulses(tr_sim *s, double t, const double *y, const tr_phase
     if (worst < 0) return 1;
     p->closed[worst] = !p->closed[worst];
   }
-  return 0;
+  return tr_try_all_impulse_sets(s, t, y, p, rate);
 }
 

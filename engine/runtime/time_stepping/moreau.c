@@ -8,6 +8,7 @@
 #include "time_stepping/time_stepping.h"
 
 #define MOREAU_STEP 0.03   /* in units of √rtol / rate scale: size of the first impulse step; also the time unit of MOREAU_EVENTS */
+#define IMPACT_REST 1e-9   /* in units of the speed unit: a slower pair is at rest in an impact; rates along its path have an error */
 #define FROZEN_TURN 0.5    /* rad: a direction that turns by more in a step is not frozen, but found for the step's end */
 
 static double tr_moreau_step_size(const tr_sim *s) { return s->set.hfixed > 0.0 ? s->set.hfixed : MOREAU_STEP * sqrt(s->set.rtol) / s->set.rate; }
@@ -27,6 +28,8 @@ static int tr_is_sliding_fast(const tr_sim *s, int i) {
   return s->moreau.frozen && pair->nrates > 1 && !pair->cone && !tr_is_stuck(s, i) && tr_pair_speed(s, i) > tr_onset_speed(s);
 }
 
+static double tr_rest_speed_in_impact(const tr_sim *s) { return IMPACT_REST * tr_speed_unit(s); }
+
 static int tr_slides_on(const tr_sim *s, int i, int slides) {
   const int several = tr_pair_of(s, i)->nrates > 1;
   return tr_is_set_valued(s, i) && slides && (!several || (slides == TR_SLIDES_ALL && !tr_pair_of(s, i)->cone));
@@ -35,7 +38,7 @@ static int tr_slides_on(const tr_sim *s, int i, int slides) {
 /* Whether pair i keeps the direction of its present rates in an impulse step. Requires maps of the current state. */
 static int tr_keeps_direction(const tr_sim *s, int i) {
   if (!s->impact.solving || !s->impact.slides) return tr_is_sliding_fast(s, i);
-  return tr_slides_on(s, i, s->impact.slides) && !tr_is_stuck(s, i) && !tr_is_at_rest(s, i);
+  return tr_slides_on(s, i, s->impact.slides) && !tr_is_stuck(s, i) && tr_pair_speed(s, i) > tr_rest_speed_in_impact(s);
 }
 
 /* After a failed decision, search from modes that follow from the rates alone: moving pairs slip along their rate, other pairs

@@ -31,6 +31,9 @@ static int tr_make_moreau_step(tr_sim *s, double limit);
 
 /* Method auto: switch to impulse steps when events accumulate, and back after a calm period. */
 static void tr_choose_moreau(tr_sim *s);
+/* Speed below which a pair is at rest in an impact, m/s. */
+static double tr_rest_speed_in_impact(const tr_sim *s);
+
 /* Whether pair i keeps its direction in an impulse problem if it slides. slides: TR_SLIDES_NONE … TR_SLIDES_ALL. */
 static int tr_slides_on(const tr_sim *s, int i, int slides);
 #endif
