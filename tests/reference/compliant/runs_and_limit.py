@@ -64,7 +64,7 @@ class Judged:
 
 
 def level_of(scene, number: int) -> Level:
-    """The stiffness and speeds of a level. Contacts that begin and end are softer than joints by the factor ``SOFTER``; the stiffness
+    """The stiffness and speeds of a level. Contacts that begin and end are softer than joints by ``SOFTER``; the stiffness
     of joints is raised by as much."""
     heaviest = max(p.mass for p in _parts(scene).values())
     finer = FINER**number
