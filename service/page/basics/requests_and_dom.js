@@ -105,7 +105,7 @@ const headed = (heads) => make("tr", {}, ...heads.map((x) => (x ? make("th", { s
 // Fills a table element. The first cell of each row is its heading.
 export function fill(table, heads, rows) {
   table.tHead.replaceChildren(headed(heads));
-  table.tBodies[0].replaceChildren(...rows.map(([first, ...rest]) => make("tr", {}, make("th", { scope: "row" }, ...breaking(first)), ...rest.map((x) => make("td", {}, x)))));
+  table.tBodies[0].replaceChildren(...rows.map(([first, ...rest]) => make("tr", {}, make("th", { scope: "row" }, ...breaking(first)), ...rest.map((x, i) => make("td", { "data-head": heads[i + 1] }, x)))));
 }
 
 const KINDS = [["csv", "CSV"], ["parquet", "Parquet"], ["arrow", "Arrow"], ["json", "JSON"]];

@@ -246,6 +246,7 @@ def test_every_view_is_usable_by_all_and_on_a_narrow_screen(page: Any, grid: Job
         assert (page.evaluate(NAMELESS), page.evaluate(HEADINGS), violations(page)) == ([], 1, ""), address
         page.set_viewport_size({"width": 320, "height": 640})
         until(page, f"{BEYOND} <= 0")
+        until(page, "[...document.querySelectorAll('.stacked')].every((x) => x.scrollWidth <= x.parentElement.clientWidth)")
         page.set_viewport_size(wide)
 
 
