@@ -103,7 +103,7 @@ def _point(sym: Symbols, c: Cut, seen: ProjectedVector, curve: tuple[SX, SX, SX]
     lean = (ca.atan2(slope, length), (bend * turned * length - slope * spread) / square)
     assert c.joint.profile is not None
     side, roller = sym.leaf(c.joint.profile.side), sym.leaf(c.joint.profile.roller)
-    n, t = (tuple(side * x for x in way) for way in _frame(c, seen, (angle - lean[0], turned - lean[1])))
+    n, t = ((side * x, side * dx) for x, dx in _frame(c, seen, (angle - lean[0], turned - lean[1])))
     own, carried = (c.c_out, cross(c.out.omega, c.c_out)), c.out.rdot - c.inb.rdot
     arm_in = (c.c_in + c.s - roller * n[0], carried + own[1] - roller * n[1])
     arm_out = (own[0] - roller * n[0], own[1] - roller * n[1])

@@ -43,7 +43,7 @@ def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], c
     length = n.take_one() if REGISTRY[kind].keeps_distance else None
     follows = REGISTRY[kind].follows
     cam = follows in ("point", "face")
-    profile = Profile((n.take_one(), n.take_one()), *(n.take_one() for _ in range(3)), (), ()) if cam else None
+    profile = Profile((n.take_one(), n.take_one()), n.take_one(), n.take_one(), n.take_one(), (), ()) if cam else None
     slot = Slot(n.take_one(), (n.take_one(), n.take_one()), n.take_one()) if REGISTRY[kind].plays else None
     path = Curve((), 0.0, n.take_one(), n.take_one()) if follows == "curve" else None
     contact = Unilateral(0.0, -1, False, False, -1, n.take_one()) if cam or path else None

@@ -214,4 +214,8 @@ def word_of(path: str) -> str:
 def at_ends(j: sm.Joint, stops: sm.EndStops) -> sm.EndStops:
     """The end stops of a joint. If a joint with a curve has stops without bounds, the stops are at both ends of the curve."""
     given = stops.lower is not None or stops.upper is not None
-    return stops if j.curve is None or given else replace(stops, lower=0.0, upper=curve(j.curve).length)
+    if j.curve is None or given:
+        return stops
+    length = curve(j.curve).length
+    assert isinstance(length, float)
+    return replace(stops, lower=0.0, upper=length)
