@@ -17,6 +17,7 @@ from trunnion.analysis.sensitivities.step_record import RecordedStep
 from trunnion.basics.errors import SimulationError
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.runtime.abi import PairState
+from trunnion.system.structure.bodies_and_joints import Joint, Slider
 from trunnion.system.structure.external_value_layout import INSIDE
 
 SHORT = 1e-12
@@ -96,10 +97,10 @@ class ImpactTangents:
         return bool(was_open and phase.given[c] in (RATE, STOP) and f[self.gap + 3 * c + 1] < 0.0)
 
     def _refuse_stops_without_derivative(self, phases: list[Phase]) -> None:
-        """Raise SimulationError where a pair stops sliding in an impact of several contacts: the derivative of the ratio of their
-        impulses is not computed."""
+        """Raise SimulationError where several contacts share an impact as dampers: the derivative of the ratio of their impulses is
+        not computed."""
         if any((p.given == STOP).sum() > 1 for p in phases):
-            raise SimulationError("no derivative: a joint stops sliding within an impact of several contacts, and slides on")
+            raise SimulationError("no derivative: in an impact of several contacts, a joint stops sliding or a contact leaves early")
 
     def _phases(self) -> Iterator[Phase]:
         u, log = self.unit, self.step.impact
@@ -155,7 +156,7 @@ class ImpactTangents:
         """(derivatives of the pair's rate after a part by the rates v (nv), its derivatives (m) at given multipliers). at: state
         before the part, values there, and multipliers; seeds, df: of ``directional_derivatives`` before the part."""
         u, (y, f, z), v = self.unit, at, slice(self.unit.system.nq, self.unit.system.nq + self.unit.system.nv)
-        row = next(row for k, row in enumerate(self._rate_rows()) if k == pair)
+        row = [first for _, _, first in self._pairs()][pair]
         after, along, each = y[: u.ny].copy(), seeds.copy(), np.zeros((u.system.nv, u.width))
         after[v] += self.h * f[v]
         along[:, v] += self.h * df[v].T
@@ -163,28 +164,22 @@ class ImpactTangents:
         u.evaluate(x, after, z)
         return u.directional_derivatives(each)[row].copy(), u.directional_derivatives(along)[row].copy()
 
-    def _rate_rows(self) -> Iterator[int]:
-        """The index among the values of the first rate of each pair."""
+    def _pairs(self) -> Iterator[tuple[Joint, Slider, int]]:
+        """(joint, pair, index among the values of the pair's first rate) of each pair."""
         at = self.unit.n["residuals"] + self.n
         for j in self.unit.system.frictional:
             assert j.friction is not None
-            yield from (at + s.eta[0] - j.friction.eta[0] for s in j.friction.sliders)
+            yield from ((j, s, at + s.eta[0] - j.friction.eta[0]) for s in j.friction.sliders)
             at += j.kind.nv
 
     def _stuck_rows(self, x: np.ndarray) -> Iterator[tuple[int, int]]:
         """(row among the residuals, index of the rate) of each component of a pair that sticks in a phase. Raises SimulationError
         for a pair of several components that slides, because the impact turns the direction of the pair's friction."""
-        u, at = self.unit, self.n + self.unit.n["residuals"]
-        for j in u.system.frictional:
-            assert j.friction is not None
-            first = j.friction.eta[0]
-            contact = j.unilateral
-            for s in j.friction.sliders:
-                mode = u.system.external.mode_in(x, s.flag)
-                if contact is not None and x[u.system.external.stop(contact.flag)] < 0.5:
-                    continue
-                if mode.flag == PairState.STUCK:
-                    yield from ((u.na + e, at + e - first) for e in s.eta)
-                elif len(s.eta) > 1:
-                    raise SimulationError(f"no derivative: the friction of {j.name} changes its direction in an impact")
-            at += j.kind.nv
+        u = self.unit
+        for j, s, first in self._pairs():
+            if j.unilateral is not None and x[u.system.external.stop(j.unilateral.flag)] < 0.5:
+                continue
+            if u.system.external.mode_in(x, s.flag).flag == PairState.STUCK:
+                yield from ((u.na + e, first + e - s.eta[0]) for e in s.eta)
+            elif len(s.eta) > 1:
+                raise SimulationError(f"no derivative: the friction of {j.name} changes its direction in an impact")

@@ -103,6 +103,7 @@ long newton_iterations : iterations on the complement equations
 long creeps : iterations of creep minimisations, which predict modes and share loads of many pairs
 long newton_most : largest number of iterations of one solution
 long events : events
+long stopped_at_once : phases of impacts whose friction follows from the rates after them
 long projections : corrections of positions
 long outputs : output rows
 long maps : maps formed outside evaluations

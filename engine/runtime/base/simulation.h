@@ -178,10 +178,11 @@ typedef struct tr_moreau {
 enum { TR_SLIDES_NONE, TR_SLIDES_ONE_WAY, TR_SLIDES_ALL };
 
 /* Impacts of joints that only push. solving: whether maps describe impulses alone, over the time `h`, s. slides: which sliding pairs
- * keep their direction. */
+ * keep their direction. from: rates of all pairs from which pairs of one rate take this direction; 0: the present rates. */
 typedef struct tr_impact {
   int solving, slides;
   double h;
+  const double *from;
 } tr_impact;
 
 /* A joint that only pushes. In an impact: if `given` is 1, `multiplier` is the joint's multiplier; otherwise `shift` is the

@@ -31,6 +31,9 @@ static int tr_bring_all_to_rest(tr_sim *s, double *y, int also, int *rest, int n
  * fastest rotation is a limit, too, because no error estimate includes their load. */
 static double tr_longest_held_step(const tr_sim *s);
 
+/* Freeze the sliding direction of pair i at its rates r. */
+static void tr_set_sliding_direction(tr_sim *s, int i, const double *r);
+
 /* Freeze the sliding direction of pair i at its present rates. Requires maps of the current state. */
 static void tr_freeze_direction(tr_sim *s, int i);
 

@@ -15,13 +15,16 @@ static void tr_move_run_to(tr_sim *s, double t, const double *y);
 enum { SETS_OF_MOST = 6 };
 
 /* One phase of an impact. at: contacts that touch. target: rate of each gap after the impact if its contact is closed, m/s. least:
- * lower bound of the impulse of each contact, N s. closed, impulse: results. */
+ * lower bound of the impulse of each contact, N s. closed, impulse: results. from: see tr_impact. keeps: whether friction keeps its
+ * modes. */
 typedef struct tr_phase {
   const char *at;
   const double *target;
   double *least;
   char *closed;
   double *impulse;
+  const double *from;
+  int keeps;
 } tr_phase;
 
 /* Solve for the impulses with the contacts in `closed`. rate: rates of the gaps before the impact. slides: which sliding pairs keep
@@ -31,8 +34,14 @@ static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phas
 /* Find the impulses with which all touching contacts fulfil their conditions. Returns 0 if there are none. */
 static int tr_find_impulses(tr_sim *s, double t, const double *y, const tr_phase *p, const double *rate);
 
-/* Apply `part` of the impulses of the last solution to the rates of y. The work that friction takes is added to the works. */
+/* Apply `part` of the impulses of the last solution to the rates of y. */
 static void tr_apply_impulses(tr_sim *s, double t, double *y, double part);
+
+/* Like tr_apply_impulses, and add to the works of y what friction takes: the impulses grow in a constant ratio. */
+static void tr_apply_impulses_and_works(tr_sim *s, double t, double *y, double part);
+
+/* Add to the works of y what the friction of each pair takes. impulses: of all multipliers; times their mean `rates`. */
+static void tr_add_works_of_impulses(const tr_sim *s, double *y, const double *impulses, const double *rates);
 
 /* Whether the friction of a pair that slides in several directions turns between the rates `before` and `after`. */
 static int tr_has_slip_turned(const tr_sim *s, const double *before, const double *after);
@@ -41,9 +50,16 @@ static int tr_has_slip_turned(const tr_sim *s, const double *before, const doubl
  * and after the impulses. */
 static double tr_find_first_stop(const tr_sim *s, const double *before, const double *after, int *which);
 
-/* Make the part of a phase that ends where the first pair stops sliding. *which: the pair that stops, or −1. The impulses of p become
- * those of the part. Returns the part of the last solution's impulses, or of the path, that was applied to `y`; 0 if no pair stops. */
-static double tr_make_part(tr_sim *s, double t, double *y, const tr_phase *p, const double *rate, int *which);
+/* What the rates of touching contacts lack of their targets, m/s. */
+static double tr_find_lack(const tr_sim *s, const tr_phase *p, const double *rate);
+
+/* Whether several contacts touch, and lack more than PATH_LEFT of `lack`, which is their lack at the start of the phase. */
+static int tr_do_several_push(const tr_sim *s, const tr_phase *p, const double *rate, double lack);
+
+/* Make the part of a phase that ends where the first pair stops sliding. *which: the pair that stops, or −1. lack: see
+ * tr_do_several_push. The impulses of p become those of the part. Returns the part of the last solution's impulses, or of the path,
+ * that was applied to `y`; 0 on failure. */
+static double tr_make_part(tr_sim *s, double t, double *y, const tr_phase *p, const double *rate, double lack, int *which);
 
 /* Change the rates of y at time t by the impulses of an impact. at: for each joint that only pushes, whether its contact touches.
  * Returns 0 if no impulses satisfy all conditions. */

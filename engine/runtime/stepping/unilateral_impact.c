@@ -45,31 +45,38 @@ static int tr_are_rates_same(const tr_sim *s, const double *y, const double *oth
   return apart <= SAME_RATES * most;
 }
 
-/* Make one phase in parts, each of which ends where a pair stops sliding (theory, "Contact that begins and ends"). If the rates
- * after the phase are those of one part, the record holds this one. Returns 0 if no impulses satisfy all conditions. */
+/* Make one phase in parts, each of which ends where a pair stops sliding (theory, "Contact that begins and ends"). Where friction
+ * against the sliding has no solution, it stops the sliding at once, and the rates after the phase decide it. If the rates after the
+ * phase are those of one part, the record holds this one. Returns 0 if no impulses satisfy all conditions. */
 static int tr_make_phase(tr_sim *s, double t, double *y, const tr_phase *p, const double *restitution) {
   const int n = s->k->nunilateral, width = tr_state_width(s), first = s->step.impacts ? (int)s->step.impacts[0] : 0;
-  double gap[n + 1], rate[n + 1], sum[n + 1], start[width], whole[width], old[width], before[s->k->nrates + 1], part = 1.0;
+  double lack = 0.0, gap[n + 1], rate[n + 1], sum[n + 1], start[width], whole[width], old[width], before[s->k->nrates + 1], part = 1.0;
   memset(sum, 0, sizeof sum), memcpy(start, y, sizeof start);
   for (int parts = 0; parts < PARTS_MOST; ++parts) {
     int stops;
     tr_set_time(s, t);
     tr_evaluate_gaps(s, y, gap, rate);
+    if (parts == 0) lack = tr_find_lack(s, p, rate);
     if (!tr_find_impulses(s, t, y, p, rate)) return 0;
     memcpy(old, y, sizeof old), memcpy(before, map_rates(s->k, TR_A(s, maps)), sizeof(double) * s->k->nrates);
-    tr_apply_impulses(s, t, y, 1.0);
+    tr_apply_impulses_and_works(s, t, y, 1.0);
     tr_find_first_stop(s, before, map_rates(s->k, TR_A(s, maps)), &stops);
-    const int ends = (stops < 0 && !tr_has_slip_turned(s, before, map_rates(s->k, TR_A(s, maps)))) || !(part > 0.0) || parts == PARTS_MOST - 1;
+    const int last = !(part > 0.0) || parts == PARTS_MOST - 1;
+    const int ends = last || (stops < 0 && !tr_do_several_push(s, p, rate, lack) && !tr_has_slip_turned(s, before, map_rates(s->k, TR_A(s, maps))));
     if (ends || parts == 0) tr_record_part(s, p, restitution, -1, 1.0);
     if (parts == 0) memcpy(whole, y, sizeof whole);
     if (ends) {
+      s->stats.stopped_at_once += last;
       for (int c = 0; c < n; ++c) p->impulse[c] += sum[c];
       if (parts > 0) tr_choose_record(s, first, tr_are_rates_same(s, y, whole, start));
       return 1;
     }
     memcpy(y, old, sizeof old);
-    part = tr_make_part(s, t, y, p, rate, &stops);
-    if (!(part > 0.0)) continue;
+    part = tr_make_part(s, t, y, p, rate, lack, &stops);
+    if (!(part > 0.0)) {
+      memcpy(y, old, sizeof old);
+      continue;
+    }
     tr_record_part(s, p, restitution, stops < 0 ? 0 : stops, part);
     for (int c = 0; c < n; ++c) sum[c] += p->impulse[c], p->least[c] = fmax(p->least[c] - p->impulse[c], 0.0);
   }
@@ -83,7 +90,7 @@ static int tr_make_impact(tr_sim *s, double t, double *y, const char *at, const 
   tr_set_time(s, t);
   tr_evaluate_gaps(s, y, gap, rate);
   for (int c = 0; c < n; ++c) target[c] = poisson ? 0.0 : -restitution[c] * fmin(rate[c], 0.0), least[c] = 0.0, closed[c] = at[c];
-  const tr_phase p = {at, target, least, closed, impulse};
+  const tr_phase p = {at, target, least, closed, impulse, 0, 0};
   tr_record_impact(s, y);
   if (!tr_make_phase(s, t, y, &p, restitution)) return 0;
   double most = 0.0;

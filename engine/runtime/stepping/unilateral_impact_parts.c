@@ -6,7 +6,8 @@
 #define PATH_FIRST 0.1   /* part of the impulses in the first step along such a path */
 #define PATH_SLOWS 0.4   /* least speed of a pair after such a step, relative to the speed before it */
 #define PATH_GROWS 4.0   /* largest ratio of successive steps */
-#define PATH_STEPS 2000  /* largest number of such steps */
+#define PATH_STEPS 2000  /* largest number of such steps in a part */
+#define PATH_LEFT 1e-9   /* relative to its start: lack of several contacts at the end of such a path */
 #define PATH_HALVES 60   /* bisections that find the end of a part within such a step */
 #define SLIP_TURNED 1e-9 /* sine of the least angle by which an impact turns a sliding direction */
 
@@ -45,57 +46,84 @@ static int tr_has_slip_turned(const tr_sim *s, const double *before, const doubl
   return 0;
 }
 
+static double tr_find_lack(const tr_sim *s, const tr_phase *p, const double *rate) {
+  double lack = 0.0;
+  for (int c = 0; c < s->k->nunilateral; ++c)
+    if (p->at[c]) lack += fmax(p->target[c] - rate[c], 0.0);
+  return lack;
+}
+
+static int tr_do_several_push(const tr_sim *s, const tr_phase *p, const double *rate, double lack) {
+  int contacts = 0, held = 0;
+  for (int c = 0; c < s->k->nunilateral; ++c) contacts += p->at[c], held |= p->least[c] > 0.0;
+  return contacts > 1 && !held && tr_find_lack(s, p, rate) > PATH_LEFT * lack;
+}
+
 /* Growth of the impulses along a path. p: the phase, from the rates `rate` of the gaps. all: the impulses per unit of the path, as
- * its bounds `least`. several: if not 0, each contact's impulse grows in proportion to what its rate still lacks, by this factor (all
- * contacts have equal dampers); otherwise all impulses keep their ratio. step, made: impulses of the contacts in the last step, and in
- * the part. */
+ * its bounds `least`. from: rates of all pairs at the start of the present step; no direction reverses within a step. several: if not
+ * 0, each contact's impulse grows in proportion to what its rate still lacks, by this factor (all contacts have equal dampers), until
+ * their lack is `left`; otherwise all impulses keep their ratio. step, made: impulses of all multipliers in the last step, and in the
+ * part. stuck: whether each pair is stuck in the last step. */
 typedef struct tr_growth {
-  const tr_phase *p, *all;
+  const tr_phase *p;
+  tr_phase *all;
   const double *rate;
-  double several, *step, *made;
+  double several, left, *from, *step, *made;
+  char *stuck;
 } tr_growth;
 
-static void tr_set_growth(tr_sim *s, const double *y, const tr_growth *g) {
+/* Solve for the growth of the impulses at the state y. keeps: whether friction keeps its modes. Returns 0 on failure. */
+static int tr_solve_growth(tr_sim *s, double t, const double *y, const tr_growth *g, int keeps) {
   double gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
-  if (!(g->several > 0.0)) return;
-  tr_evaluate_gaps(s, y, gap, rate);
-  for (int c = 0; c < s->k->nunilateral; ++c) g->all->least[c] = g->p->at[c] ? g->several * fmax(g->p->target[c] - rate[c], 0.0) : 0.0;
+  g->all->keeps = keeps;
+  if (g->several > 0.0) {
+    tr_evaluate_gaps(s, y, gap, rate);
+    for (int c = 0; c < s->k->nunilateral; ++c) g->all->least[c] = g->p->at[c] ? g->several * fmax(g->p->target[c] - rate[c], 0.0) : 0.0;
+  }
+  return tr_solve_impulses(s, t, y, g->all, g->rate, TR_SLIDES_ALL);
 }
 
 /* Apply the part h of the growing impulses by a Runge-Kutta step of order four. Returns 0 on failure. */
 static int tr_step_along_path(tr_sim *s, double t, double *y, const tr_growth *g, double h) {
   const int nz = s->k->active + s->k->neta;
   const double weight[] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0}, at[] = {0.0, 0.5, 0.5, 1.0};
-  double *z = TR_A(s, z), sum[nz + 1], work[tr_state_width(s)];
-  memset(sum, 0, sizeof sum);
+  double *z = TR_A(s, z), sum[nz + 1], impulses[nz + 1], stage[tr_state_width(s)], works[tr_state_width(s)];
+  memset(sum, 0, sizeof sum), memcpy(works, y, sizeof works);
   for (int k = 0; k < 4; ++k) {
-    memcpy(work, y, sizeof work);
-    if (k) tr_apply_impulses(s, t, work, at[k] * h);
-    tr_set_growth(s, work, g);
-    if (!tr_solve_impulses(s, t, work, g->all, g->rate, TR_SLIDES_ALL)) return 0;
-    for (int i = 0; i < nz; ++i) sum[i] += weight[k] * z[i];
+    memcpy(stage, y, sizeof stage);
+    if (k) tr_apply_impulses(s, t, stage, at[k] * h);
+    if (!tr_solve_growth(s, t, stage, g, k > 0)) return 0;
+    for (int i = 0; i < s->k->nsliders && k == 0; ++i) g->stuck[i] = tr_is_stuck(s, i);
+    for (int i = 0; i < nz; ++i) sum[i] += weight[k] * z[i], impulses[i] = weight[k] * h * s->impact.h * z[i];
+    tr_add_works_of_impulses(s, works, impulses, map_rates(s->k, TR_A(s, maps)));
   }
   memcpy(z, sum, sizeof(double) * nz);
-  for (int c = 0; c < s->k->nunilateral; ++c) g->step[c] += h * s->impact.h * tr_normal_force(s, c);
+  for (int i = 0; i < nz; ++i) g->step[i] += h * z[i];
   tr_evaluate_maps_at(s, t, y);
   tr_apply_impulses(s, t, y, h);
+  memcpy(y + s->ny, works + s->ny, sizeof(double) * (tr_state_width(s) - s->ny));
   return 1;
 }
 
-/* Whether the part ends at or before the state y, to which the part `grown` of the impulses was applied: a pair stops, or a contact
- * has its rate and impulse. before: rates at the start of the part. */
-static int tr_does_part_end(tr_sim *s, double t, const double *y, const tr_growth *g, const double *before, double grown, int *which) {
+/* Whether the part ends at or before the state y, to which the part `grown` of the impulses was applied: a pair stops, a stuck pair
+ * slips, or a contact has its rate and impulse. Leaves maps of y. */
+static int tr_does_part_end(tr_sim *s, double t, const double *y, const tr_growth *g, double grown, int *which) {
   const tr_phase *p = g->p;
   double gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
   const double rest = tr_rest_speed_in_impact(s);
   tr_evaluate_maps_at(s, t, y);
   const double *after = map_rates(s->k, TR_A(s, maps));
-  tr_find_first_stop(s, before, after, which);
-  for (int i = 0; i < s->k->nsliders && *which < 0; ++i)
-    if (tr_may_turn(s, i) && tr_speed_of_rates(s, i, before) > rest && tr_speed_of_rates(s, i, after) <= rest) *which = i;
+  *which = -1;
+  for (int i = 0; i < s->k->nsliders && *which < 0; ++i) {
+    const int r = tr_pair_of(s, i)->rate0, one_way = tr_slides_on(s, i, TR_SLIDES_ONE_WAY);
+    if (!(one_way || tr_may_turn(s, i)) || tr_speed_of_rates(s, i, g->from) <= rest) continue;
+    if (one_way ? g->from[r] * after[r] <= 0.0 : tr_speed_of_rates(s, i, after) <= rest) *which = i;
+  }
   tr_evaluate_gaps(s, y, gap, rate);
   int ends = *which >= 0;
-  for (int c = 0; c < s->k->nunilateral; ++c) ends |= p->impulse[c] > 0.0 && g->rate[c] < p->target[c] && rate[c] >= p->target[c] && grown * p->impulse[c] >= p->least[c];
+  if (!ends && tr_solve_growth(s, t, y, g, 0))
+    for (int i = 0; i < s->k->nsliders; ++i) ends |= g->stuck[i] && !tr_is_stuck(s, i);
+  for (int c = 0; c < s->k->nunilateral && !(g->several > 0.0); ++c) ends |= p->impulse[c] > 0.0 && g->rate[c] < p->target[c] && rate[c] >= p->target[c] && grown * p->impulse[c] >= p->least[c];
   return ends;
 }
 
@@ -113,7 +141,7 @@ static int tr_try_path_step(tr_sim *s, double t, double *y, const tr_growth *g, 
   double once[tr_state_width(s)], most = 0.0, apart = 0.0;
   memcpy(once, y, sizeof once);
   if (!tr_step_along_path(s, t, once, g, h)) return 0;
-  memset(g->step, 0, sizeof(double) * s->k->nunilateral);
+  memset(g->step, 0, sizeof(double) * (s->k->active + s->k->neta));
   for (int k = 0; k < 2; ++k)
     if (!tr_step_along_path(s, t, y, g, 0.5 * h)) return 0;
   for (int i = nq; i < nq + nv; ++i) most = fmax(most, fabs(y[i])), apart = fmax(apart, fabs(once[i] - y[i]));
@@ -121,78 +149,80 @@ static int tr_try_path_step(tr_sim *s, double t, double *y, const tr_growth *g, 
   return 1;
 }
 
-/* Let the impulses grow over one unit of the path: to the first stop of a pair, or to the end of a contact's impulse. Returns the part
- * of the unit; 0 on failure. */
+/* Find the end of a part within a step of length `high` from y, and make this step into `next`. Returns its length; 0 on failure. */
+static double tr_find_part_end(tr_sim *s, double t, const double *y, const tr_growth *g, double grown, double high, double *next, int *which) {
+  double low = 0.0, error;
+  for (int k = 0; k < PATH_HALVES && 0.5 * (low + high) > low && 0.5 * (low + high) < high; ++k) {
+    const double middle = 0.5 * (low + high);
+    memcpy(next, y, sizeof(double) * tr_state_width(s));
+    if (!tr_try_path_step(s, t, next, g, middle, &error)) return 0.0;
+    if (tr_does_part_end(s, t, next, g, grown + middle, which)) high = middle;
+    else low = middle;
+  }
+  memcpy(next, y, sizeof(double) * tr_state_width(s));
+  return tr_try_path_step(s, t, next, g, high, &error) && tr_does_part_end(s, t, next, g, grown + high, which) ? high : 0.0;
+}
+
+/* Let the impulses grow to the first stop of a pair, or to the end of the path. Without `several`, this end is one unit of the path,
+ * or the end of a contact's impulse. Returns the length of the path; 0 on failure. */
 static double tr_follow_path(tr_sim *s, double t, double *y, const tr_growth *g, int *which) {
-  const int width = tr_state_width(s), nrates = s->k->nrates;
-  double grown = 0.0, h = PATH_FIRST, error, before[nrates + 1], last[nrates + 1], next[width];
+  const double most = g->several > 0.0 ? INFINITY : 1.0;
+  double grown = 0.0, h = PATH_FIRST, error, next[tr_state_width(s)], gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
   tr_evaluate_maps_at(s, t, y);
-  memcpy(before, map_rates(s->k, TR_A(s, maps)), sizeof(double) * nrates), memcpy(last, before, sizeof before);
-  for (int it = 0; it < PATH_STEPS && grown < 1.0; ++it) {
-    h = fmin(h, 1.0 - grown);
+  for (int it = 0; it < PATH_STEPS; ++it) {
+    memcpy(g->from, map_rates(s->k, TR_A(s, maps)), sizeof(double) * s->k->nrates);
+    h = fmin(h, most - grown);
     memcpy(next, y, sizeof next);
     if (!tr_try_path_step(s, t, next, g, h, &error)) return 0.0;
     const double factor = error > 0.0 ? 0.9 * pow(PATH_TOL / error, 0.2) : PATH_GROWS;
-    const int ends = tr_does_part_end(s, t, next, g, before, grown + h, which), slows = tr_slows_too_fast(s, last, map_rates(s->k, TR_A(s, maps)));
+    const int ends = tr_does_part_end(s, t, next, g, grown + h, which), slows = tr_slows_too_fast(s, g->from, map_rates(s->k, TR_A(s, maps)));
     if (error > PATH_TOL || (slows && *which < 0)) {
       h *= error > PATH_TOL ? fmax(factor, 0.2) : 0.5;
+      tr_evaluate_maps_at(s, t, y);
       continue;
     }
-    if (ends) {
-      double low = 0.0, high = h;
-      for (int k = 0; k < PATH_HALVES && 0.5 * (low + high) > low && 0.5 * (low + high) < high; ++k) {
-        const double middle = 0.5 * (low + high);
-        memcpy(next, y, sizeof next);
-        if (!tr_try_path_step(s, t, next, g, middle, &error)) return 0.0;
-        if (tr_does_part_end(s, t, next, g, before, grown + middle, which)) high = middle;
-        else low = middle;
-      }
-      h = high, memcpy(next, y, sizeof next);
-      if (!tr_try_path_step(s, t, next, g, h, &error)) return 0.0;
-    }
-    memcpy(y, next, sizeof next), memcpy(last, map_rates(s->k, TR_A(s, maps)), sizeof last), grown += h;
-    for (int c = 0; c < s->k->nunilateral; ++c) g->made[c] += g->step[c];
-    if (ends) break;
+    if (ends && !((h = tr_find_part_end(s, t, y, g, grown, h, next, which)) > 0.0)) return 0.0;
+    memcpy(y, next, sizeof next), grown += h;
+    for (int i = 0; i < s->k->active + s->k->neta; ++i) g->made[i] += g->step[i];
+    tr_evaluate_gaps(s, y, gap, rate);
+    if (ends || grown >= most || (g->several > 0.0 && tr_find_lack(s, g->p, rate) <= g->left)) return grown;
     h *= fmin(factor, PATH_GROWS);
   }
-  return grown;
+  return 0.0;
 }
 
-/* How the impulses of phase p grow along a path, into `g`. least: memory for them. Returns whether the part needs a path: friction
- * turns, or several contacts push and their shares depend on the rates. Requires maps at the start of the part. */
-static int tr_needs_path(const tr_sim *s, const tr_phase *p, const double *rate, tr_growth *g) {
-  double pushes = 0.0, lacks = 0.0, held = 0.0;
-  int contacts = 0, turns = 0;
-  for (int c = 0; c < s->k->nunilateral; ++c) {
-    contacts += p->impulse[c] > 0.0, pushes += p->impulse[c], held += p->least[c];
-    if (p->at[c]) lacks += fmax(p->target[c] - rate[c], 0.0);
-  }
+/* How the impulses of phase p grow along a path, into `g`. Returns whether the part needs a path: friction turns, or several contacts
+ * push. Requires maps at the start of the part. */
+static int tr_needs_path(const tr_sim *s, const tr_phase *p, const double *rate, double lack, tr_growth *g) {
+  double pushes = 0.0;
+  int turns = 0;
+  for (int c = 0; c < s->k->nunilateral; ++c) pushes += p->impulse[c];
   for (int i = 0; i < s->k->nsliders; ++i) turns |= tr_may_turn(s, i) && tr_pair_speed(s, i) > tr_rest_speed_in_impact(s);
-  g->several = contacts > 1 && lacks > 0.0 && !(held > 0.0) ? pushes / lacks : 0.0;
+  g->several = tr_do_several_push(s, p, rate, lack) ? pushes / tr_find_lack(s, p, rate) : 0.0, g->left = PATH_LEFT * lack;
   return turns || g->several > 0.0;
 }
 
-static double tr_make_part(tr_sim *s, double t, double *y, const tr_phase *p, const double *rate, int *which) {
-  const int n = s->k->nunilateral;
-  char none[n + 1];
-  double old[tr_state_width(s)], before[s->k->nrates + 1], least[n + 1], step[n + 1], made[n + 1], part;
-  memset(none, 0, n), memset(step, 0, sizeof step), memset(made, 0, sizeof made), memcpy(old, y, sizeof old), memcpy(least, p->impulse, sizeof(double) * n);
-  const tr_phase all = {p->at, p->target, least, none, p->impulse};
-  tr_growth growth = {p, &all, rate, 0.0, step, made};
+static double tr_make_part(tr_sim *s, double t, double *y, const tr_phase *p, const double *rate, double lack, int *which) {
+  const int n = s->k->nunilateral, nz = s->k->active + s->k->neta;
+  char none[n + 1], stuck[s->k->nsliders + 1];
+  double old[tr_state_width(s)], from[s->k->nrates + 1], least[n + 1], step[nz + 1], made[nz + 1], part;
+  memset(none, 0, n), memset(made, 0, sizeof made), memcpy(old, y, sizeof old), memcpy(least, p->impulse, sizeof(double) * n);
+  tr_phase all = {p->at, p->target, least, none, p->impulse, 0, 0};
+  tr_growth growth = {p, &all, rate, 0.0, 0.0, from, step, made, stuck};
   tr_evaluate_maps_at(s, t, y);
-  if (tr_needs_path(s, p, rate, &growth)) {
+  if (tr_needs_path(s, p, rate, lack, &growth)) {
+    all.from = from;
     part = tr_follow_path(s, t, y, &growth, which);
+    for (int i = 0; i < nz && part > 0.0; ++i) TR_A(s, z)[i] = made[i] / part;
   } else {
     if (!tr_solve_impulses(s, t, y, &all, rate, TR_SLIDES_ONE_WAY)) return 0.0;
-    memcpy(before, map_rates(s->k, TR_A(s, maps)), sizeof(double) * s->k->nrates);
+    memcpy(from, map_rates(s->k, TR_A(s, maps)), sizeof(double) * s->k->nrates);
     tr_apply_impulses(s, t, y, 1.0);
-    part = tr_find_first_stop(s, before, map_rates(s->k, TR_A(s, maps)), which);
+    part = tr_find_first_stop(s, from, map_rates(s->k, TR_A(s, maps)), which);
     memcpy(y, old, sizeof old);
-    if (*which < 0) return 0.0;
     tr_evaluate_maps_at(s, t, y);
-    tr_apply_impulses(s, t, y, part);
-    for (int c = 0; c < n; ++c) made[c] = part * p->impulse[c];
+    tr_apply_impulses_and_works(s, t, y, part);
   }
-  memcpy(p->impulse, made, sizeof(double) * n);
+  for (int c = 0; c < n; ++c) p->impulse[c] = part * s->impact.h * tr_normal_force(s, c);
   return part;
 }

@@ -12,6 +12,7 @@
 static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phase *p, const double *rate, int slides) {
   const double h = IMPACT_TIME / s->set.rate;
   double *mid = TR_A(s, ytmp);
+  s->impact = (tr_impact){0, slides, h, p->from};
   for (int c = 0; c < s->k->nunilateral; ++c) {
     const int held = p->at[c] && p->closed[c];
     tr_touch *touch = tr_touch_of(s, c);
@@ -19,19 +20,18 @@ static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phas
     tr_set_contact(s, c, held || p->least[c] > 0.0);
   }
   tr_evaluate_maps_at(s, t, y);
-  for (int c = 0; c < s->k->nunilateral; ++c) { /* a contact that was open has no friction mode yet */
+  for (int c = 0; c < s->k->nunilateral && !p->keeps; ++c) { /* a contact that was open has no friction mode yet */
     const int i = tr_unilateral_of(s, c)->pair;
     if (i < 0 || !tr_is_set_valued(s, i) || !tr_is_sliding(s, i)) continue;
     if (tr_is_at_rest(s, i)) tr_mode_of(s, i)->flag = TR_STUCK;
     else tr_freeze_direction(s, i);
   }
-  for (int i = 0; i < s->k->nsliders && slides; ++i)
-    if (tr_slides_on(s, i, slides) && tr_pair_speed(s, i) > tr_rest_speed_in_impact(s)) tr_mode_of(s, i)->flag = TR_SLIPS;
+  for (int i = 0; i < s->k->nsliders && slides && !p->keeps; ++i)
+    if (tr_slides_in_impact(s, i)) tr_mode_of(s, i)->flag = TR_SLIPS;
   tr_copy(tr_state_width(s), y, mid);
-  s->impact = (tr_impact){1, slides, h};
-  s->moreau.frozen = 0, s->moreau.decides = INFINITY, s->moreau.keeps = 0;
+    s->impact.solving = 1, s->moreau.frozen = 0, s->moreau.decides = INFINITY, s->moreau.keeps = p->keeps;
   const int ok = tr_moreau_solve(s, t - 0.5 * h, y, mid, h); /* the maps belong to the middle of the impulse step, here to t */
-  s->impact.solving = 0;
+  s->impact.solving = 0, s->impact.from = 0, s->moreau.keeps = 0;
   return ok;
 }
 
@@ -57,21 +57,33 @@ static void tr_apply_impulses(tr_sim *s, double t, double *y, double part) {
   const tr_kernel *k = s->k;
   const int a = k->active, e = k->neta;
   const double h = part * s->impact.h;
-  double dlam[a + 1], deta[e + 1], response[e + 1], dv[k->nv + 1], before[k->nrates + 1];
+  double dlam[a + 1], deta[e + 1], response[e + 1], dv[k->nv + 1];
   for (int i = 0; i < a; ++i) dlam[i] = h * TR_A(s, z)[i];
   for (int i = 0; i < e; ++i) deta[i] = h * TR_A(s, z)[a + i], response[i] = k->sets ? map_Qe(k, TR_A(s, maps))[i + i * e] : 1.0;
-  memcpy(before, map_rates(k, TR_A(s, maps)), sizeof(double) * k->nrates);
   tr_rates_by_impulses(s, y, dlam, deta, response, 0, dv);
   for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
   tr_evaluate_maps_at(s, t, y);
-  const double *after = map_rates(k, TR_A(s, maps));
-  for (int i = 0; i < k->nsliders; ++i) {
+}
+
+static void tr_add_works_of_impulses(const tr_sim *s, double *y, const double *impulses, const double *rates) {
+  for (int i = 0; i < s->k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);
     double work = 0.0;
-    for (int j = 0; j < pair->nrates; ++j) work -= 0.5 * deta[pair->eta0 + j] * (before[pair->rate0 + j] + after[pair->rate0 + j]);
+    for (int j = 0; j < pair->nrates; ++j) work -= impulses[s->k->active + pair->eta0 + j] * rates[pair->rate0 + j];
     if (s->nworks) y[s->ny + pair->element] += work;
     y[s->ny + s->nworks] += work;
   }
+}
+
+static void tr_apply_impulses_and_works(tr_sim *s, double t, double *y, double part) {
+  const tr_kernel *k = s->k;
+  const int nz = k->active + k->neta;
+  double impulses[nz + 1], mean[k->nrates + 1];
+  for (int i = 0; i < nz; ++i) impulses[i] = part * s->impact.h * TR_A(s, z)[i];
+  memcpy(mean, map_rates(k, TR_A(s, maps)), sizeof(double) * k->nrates);
+  tr_apply_impulses(s, t, y, part);
+  for (int i = 0; i < k->nrates; ++i) mean[i] = 0.5 * (mean[i] + map_rates(k, TR_A(s, maps))[i]);
+  tr_add_works_of_impulses(s, y, impulses, mean);
 }
 
 /* Whether each closed contact has its target rate. Contacts whose rows depend on each other may have none in common. */
@@ -98,10 +110,13 @@ static int tr_try_all_impulse_sets(tr_sim *s, double t, const double *y, const t
 }
 
 static int tr_find_impulses(tr_sim *s, double t, const double *y, const tr_phase *p, const double *rate) {
-  for (int it = 0; it < PIVOTS_MOST; ++it) {
+  char seen[s->k->nunilateral + 1]; /* an earlier set: if it comes again, the search repeats itself */
+  for (int it = 1; it <= PIVOTS_MOST; ++it) {
     if (!tr_solve_impulses(s, t, y, p, rate, 0)) return 0;
     const int worst = tr_find_worst_contact(s, p, rate);
     if (worst < 0) return 1;
+    if (it > 1 && !memcmp(seen, p->closed, s->k->nunilateral)) break;
+    if (!(it & (it - 1))) memcpy(seen, p->closed, s->k->nunilateral);
     p->closed[worst] = !p->closed[worst];
   }
   return tr_try_all_impulse_sets(s, t, y, p, rate);

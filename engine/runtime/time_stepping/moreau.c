@@ -35,10 +35,20 @@ static int tr_slides_on(const tr_sim *s, int i, int slides) {
   return tr_is_set_valued(s, i) && slides && (!several || (slides == TR_SLIDES_ALL && !tr_pair_of(s, i)->cone));
 }
 
-/* Whether pair i keeps the direction of its present rates in an impulse step. Requires maps of the current state. */
+/* Rates of pair i that determine its sliding direction in an impulse step. */
+static const double *tr_rates_of_direction(const tr_sim *s, int i) {
+  return s->impact.from && tr_pair_of(s, i)->nrates == 1 ? s->impact.from + tr_pair_of(s, i)->rate0 : tr_pair_rates(s, i);
+}
+
+static int tr_slides_in_impact(const tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  return tr_slides_on(s, i, s->impact.slides) && tr_surface_speed(pair->nrates, tr_rates_of_direction(s, i), TR_A(s, lever) + pair->eta0) > tr_rest_speed_in_impact(s);
+}
+
+/* Whether pair i keeps its sliding direction in an impulse step. Requires maps of the current state. */
 static int tr_keeps_direction(const tr_sim *s, int i) {
   if (!s->impact.solving || !s->impact.slides) return tr_is_sliding_fast(s, i);
-  return tr_slides_on(s, i, s->impact.slides) && !tr_is_stuck(s, i) && tr_pair_speed(s, i) > tr_rest_speed_in_impact(s);
+  return !tr_is_stuck(s, i) && tr_slides_in_impact(s, i);
 }
 
 /* After a failed decision, search from modes that follow from the rates alone: moving pairs slip along their rate, other pairs
@@ -82,7 +92,7 @@ static int tr_moreau_solve(tr_sim *s, double t, const double *y, double *mid, do
   if (k->active + k->neta == 0) return 1;
   for (int i = 0; i < k->nsliders; ++i) {
     if (!tr_is_set_valued(s, i)) continue;
-    if (tr_keeps_direction(s, i)) tr_freeze_direction(s, i), runs = 1;
+    if (tr_keeps_direction(s, i)) tr_set_sliding_direction(s, i, tr_rates_of_direction(s, i)), runs = 1;
     else rest[n++] = i, tr_mode_of(s, i)->tilt = 0.0; /* no pair yields in an impulse step */
   }
   s->moreau.h = h;

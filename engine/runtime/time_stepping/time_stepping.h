@@ -34,6 +34,9 @@ static void tr_choose_moreau(tr_sim *s);
 /* Speed below which a pair is at rest in an impact, m/s. */
 static double tr_rest_speed_in_impact(const tr_sim *s);
 
+/* Whether sliding pair i keeps its direction in the impulse problem of `s->impact`. Requires maps of the current state. */
+static int tr_slides_in_impact(const tr_sim *s, int i);
+
 /* Whether pair i keeps its direction in an impulse problem if it slides. slides: TR_SLIDES_NONE … TR_SLIDES_ALL. */
 static int tr_slides_on(const tr_sim *s, int i, int slides);
 #endif

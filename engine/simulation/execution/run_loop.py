@@ -28,7 +28,7 @@ from trunnion.simulation.results.outcome import CANCELLED, DONE, Outcome
 from trunnion.simulation.results.redundant_reactions import Redundancy, redundancy_notes
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.results.result_data import Stats
-from trunnion.simulation.results.summary import marginal_note, stiffness_note
+from trunnion.simulation.results.summary import impact_note, marginal_note, stiffness_note
 from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.memory_limits import Room
 from trunnion.simulation.settings.realtime_steps import overrun_note
@@ -88,7 +88,7 @@ class OneRun:
             self.redundancy = self.redundancy.or_at(open_reactions(self.model, s))
             certified = replace(certified, not_unique=self.redundancy.joints)
         self.notes += [*redundancy_notes(self.redundancy), *certificate_notes(certified)]
-        found = marginal_note(tuple(events)), overrun_note(c), stiffness_note(s.method, stats)
+        found = marginal_note(tuple(events)), overrun_note(c), stiffness_note(s.method, stats), impact_note(c)
         self.notes += [*audit.notes, *(self.pulls.notes() if self.pulls else ()),
                        *guide_end_notes(scene, self.model.columns, data), *field_notes(scene), *filter(None, found)]
         log.info("%s: %s", scene.name, outcome)

@@ -96,6 +96,16 @@ def marginal_note(events: tuple[Event, ...]) -> str:
     return f"{many} marginal ({where}): the event was decided by a margin smaller than the run's own error; use a tighter rtol"
 
 
+def impact_note(counters: dict[str, int]) -> str:
+    """A note about impacts whose friction follows from the rates after them; "" if there are none."""
+    if not counters["stopped_at_once"]:
+        return ""
+    return (
+        "in an impact, friction against the sliding has no solution: the sliding stops at once, and the rates after the impact "
+        "decide friction"
+    )
+
+
 def stiffness_note(method: str, stats: Stats) -> str:
     """A note about a run in which stability limited most steps of an explicit method; "" for any other run."""
     stiff = stats.counters["stiff"]
