@@ -1,5 +1,5 @@
-"""Elementary motions of a mechanism at rest. A motion is elementary if no other motion slides only some of its sliding pairs
-(theory, "Bounds at rest").
+"""Elementary motions of a mechanism at rest. A motion is elementary if no other motion exists in which only some of its sliding
+pairs slide (theory, "Bounds at rest").
 
 Every motion is a sum of elementary motions whose pairs slide in the same sense. If friction allows a motion to begin, it also
 allows one of these elementary motions to begin.

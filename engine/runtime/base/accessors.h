@@ -95,8 +95,8 @@ static inline int tr_is_hook(const tr_sim *s, int stop) { return stop >= s->k->n
 static inline int tr_is_pressed(const tr_sim *s, int stop) { return (int)*tr_stop_flag(s, stop) >= TR_STOP_PRESSED; }
 
 /* Depth of each stop at y, m or rad; for hooks, see ``recursion/latch_forces.py``. `pushes` (null pointer: not requested) receives,
- * for an end stop, the factor of the elastic force, which is 0 at release. For a hook, it receives the excess of the hook's signal
- * over the release value. */
+ * for an end stop, the factor of the elastic force, which is 0 at release. For a hook, `pushes` receives the excess of the hook's
+ * signal over the release value. */
 static inline void tr_stop_depths_and_pushes(const tr_sim *s, const double *y, double *depth, double *pushes) {
   const int n = s->k->nstops;
   double both[2 * n + s->k->npositions + 1];

@@ -31,8 +31,8 @@ static inline void tr_audit_record(tr_audit *a, int law, double size, int pair) 
   if (size > a->size[law]) a->size[law] = size, a->pair[law] = pair;
 }
 
-/* Acceleration of freedom i from all multipliers, divided by the sum of its absolute terms. it: the solution recomputed without
- * maps; null pointer: raw maps give the acceleration. */
+/* Acceleration of freedom i from all multipliers, divided by the sum of its absolute terms. `it`: the solution recomputed without
+ * maps; if `it` is a null pointer, raw maps give the acceleration. */
 static double tr_audit_relative_acceleration(tr_sim *s, int i, const tr_recomputed *it) {
   double size, sum = it ? it->acc[i] : tr_acceleration_and_terms(s, i, &size);
   if (it) size = it->acc_size[i];

@@ -2,7 +2,7 @@
  * pair. If no solution exists even then, the pair is inconsistent. */
 #include "diagnosis/diagnosis.h"
 
-/* relative to the largest squared component of the pairs before: a later pair must have a larger one; of equal pairs, the first is
+/* ratio of squared components above which a later pair replaces an earlier pair; of pairs with equal components, the first is
  * returned */
 #define BLAME_MORE 1.01
 
@@ -76,7 +76,7 @@ static int tr_stop_by_impact(tr_sim *s, double *y, int pair) {
   return tr_decide_modes(s, rest, n, -1);
 }
 
-/* Whether drives and pairs at rest prescribe freedom i, because a pair at rest holds the same freedom. Requires held maps. */
+/* Whether a pair at rest holds freedom i: a multiplier of this pair acts on the same freedom. Requires held maps. */
 static int tr_follows_pair_at_rest(const tr_sim *s, int i) {
   for (int m = 0; m < s->k->nsliders; ++m) {
     const tr_pair *pair = tr_pair_of(s, m);

@@ -49,7 +49,8 @@ static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, dou
 }
 
 /* The bracket of a root, as fractions of the step. f: violation, minus 1, of the pair or stop with the largest violation at b. The
- * search interpolates f. Of the largest of all violations, the search uses only the sign, because this function has kinks. */
+ * search interpolates f. The search uses only the sign of the largest of all violations, because the largest of several functions
+ * has kinks. */
 typedef struct tr_root_search {
   double a, b;        /* no violation is positive at a; a violation is positive at b */
   double ga, gb;      /* largest violation, minus 1, at a and b */

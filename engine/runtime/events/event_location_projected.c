@@ -2,7 +2,7 @@
  * with closed loops, so that decisions and rows belong to the exact event (theory, "Events"). */
 #include "events/events.h"
 
-#define CLOSE_STEP 1e-3 /* relative to θ: difference of the first secant */
+#define CLOSE_STEP 1e-3 /* relative to θ: distance between the two points of the first secant */
 #define CLOSE_TIMES 8   /* largest number of secant iterations */
 /* relative to the step: largest shift of an event by the step's error; a root at a larger distance is another event */
 #define CLOSE_FAR 0.25
@@ -12,7 +12,7 @@
  * times */
 #define LET_GO_AS_ONE 1.0
 #define LET_GO_FIRST 1e-4 /* relative to LET_GO_AS_ONE: first distance in time at which the program looks for later releases */
-#define LET_GO_GROWS 10.0 /* factor from one of these distances to the next */
+#define LET_GO_GROWS 10.0 /* ratio of successive distances */
 #define LET_GO_NEAR 1e-4 /* relative to the friction ratio: a pair farther from release is not considered */
 
 /* Surface speed of pair i along its frozen direction, m/s, at the present solution. *change receives its time derivative, m/s². */

@@ -113,7 +113,7 @@ static int tr_stick_by_stored_loads(tr_sim *s, const int *rest, int n) {
   if (!s->friction.shared || s->friction.stored) return 0;
   memcpy(eta, now, sizeof(double) * s->k->neta);
   for (s->friction.stored = TR_STORES_CREEP; s->friction.stored <= TR_STORES_PLACED; ++s->friction.stored) {
-    int ok = tr_solve_in_modes(s) && tr_solve_in_modes(s); /* the second call stores loads from those of the first */
+    int ok = tr_solve_in_modes(s) && tr_solve_in_modes(s); /* the second call uses the loads that the first finds */
     if (ok && s->friction.stored == TR_STORES_PLACED) tr_minimise_stored_shares(s, rest, n);
     for (int q = 0; q < n && ok; ++q) ok = tr_mode_misfit(s, rest[q]) <= (tr_is_stuck(s, rest[q]) ? -KEPT_GAIN : 0.0);
     if (ok && tr_is_valid_decision(s, rest, n)) return 1;

@@ -10,8 +10,8 @@ static int tr_line_multiplier(const tr_sim *s, int m);
 /* Find the classes of coupled pairs. Requires maps of the current state. */
 static void tr_find_coupled_pairs(tr_sim *s);
 
-/* Whether drives move pair i at (t, y). This is so if the pair has a speed, or if the loops have residual rates, although all rates
- * of the state are zero. Leaves maps of (t, y). */
+/* Whether drives move pair i at (t, y). Drives move the pair if all rates of the state are zero, but the pair has a speed, or the
+ * loops have residual rates. Leaves maps of (t, y). */
 static int tr_is_moved_by_drives(tr_sim *s, int i, double t, const double *y);
 
 /* Whether pair i is about to stop at (t, y). The pair has several components, but loops let it slide along one line only, so its

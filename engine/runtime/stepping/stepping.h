@@ -41,8 +41,9 @@ static int tr_has_slip_turned(const tr_sim *s, const double *before, const doubl
  * and after the impulses. */
 static double tr_find_first_stop(const tr_sim *s, const double *before, const double *after, int *which);
 
-/* Make the part of a phase that ends where the first pair stops sliding. *which: the pair that stops, or −1. The impulses of p become
- * those of the part. Returns the part of the last solution's impulses, or of the path, that was applied to `y`; 0 if no pair stops. */
+/* Make the part of a phase that ends where the first pair stops sliding. *which: the pair that stops, or −1. p->impulse receives
+ * the impulses of the part. Returns the part of the last solution's impulses, or of the path, that was applied to `y`; 0 if no pair
+ * stops. */
 static double tr_make_part(tr_sim *s, double t, double *y, const tr_phase *p, const double *rate, int *which);
 
 /* Change the rates of y at time t by the impulses of an impact. at: for each joint that only pushes, whether its contact touches.

@@ -1,13 +1,13 @@
 /* Parts of an impact, each of which ends where a pair stops sliding (theory, "Contact that begins and ends"). */
 #include "stepping/stepping.h"
 
-/* in units of the largest rate: tolerance of the rates where friction turns while the impulses grow */
+/* relative to the largest rate: tolerated error of the rates in one step along a path of growing impulses */
 #define PATH_TOL 1e-11
-#define PATH_FIRST 0.1   /* part of the impulses in the first step along such a path */
-#define PATH_SLOWS 0.4   /* least speed of a pair after such a step, relative to the speed before it */
+#define PATH_FIRST 0.1   /* first step along a path, as a part of the impulses */
+#define PATH_SLOWS 0.4   /* relative to the speed of a pair before a step: least speed after the step */
 #define PATH_GROWS 4.0   /* largest ratio of successive steps */
-#define PATH_STEPS 2000  /* largest number of such steps */
-#define PATH_HALVES 60   /* bisections that find the end of a part within such a step */
+#define PATH_STEPS 2000  /* largest number of steps along a path */
+#define PATH_HALVES 60   /* largest number of bisections that find the end of a part within a step */
 #define SLIP_TURNED 1e-9 /* sine of the least angle by which an impact turns a sliding direction */
 
 static double tr_find_first_stop(const tr_sim *s, const double *before, const double *after, int *which) {
@@ -45,10 +45,10 @@ static int tr_has_slip_turned(const tr_sim *s, const double *before, const doubl
   return 0;
 }
 
-/* Growth of the impulses along a path. p: the phase, from the rates `rate` of the gaps. all: the impulses per unit of the path, as
- * its bounds `least`. several: if not 0, each contact's impulse grows in proportion to what its rate still lacks, by this factor (all
- * contacts have equal dampers); otherwise all impulses keep their ratio. step, made: impulses of the contacts in the last step, and in
- * the part. */
+/* Growth of the impulses along a path. p: the phase, from the rates `rate` of the gaps. all: a phase whose bounds `least` are the
+ * impulses per unit of the path. several: kg; the impulse of each contact grows by `several` times the rate that the contact still
+ * lacks, as with equal dampers. 0: all impulses keep their ratio. step, made: impulses of the contacts in
+ * the last step, and in the part. */
 typedef struct tr_growth {
   const tr_phase *p, *all;
   const double *rate;
@@ -82,8 +82,8 @@ static int tr_step_along_path(tr_sim *s, double t, double *y, const tr_growth *g
   return 1;
 }
 
-/* Whether the part ends at or before the state y, to which the part `grown` of the impulses was applied: a pair stops, or a contact
- * has its rate and impulse. before: rates at the start of the part. */
+/* Whether the part ends at or before the state y, because a pair stops, or because a contact has reached its target rate and its
+ * least impulse. grown: part of the impulses that led to y. before: rates at the start of the part. */
 static int tr_does_part_end(tr_sim *s, double t, const double *y, const tr_growth *g, const double *before, double grown, int *which) {
   const tr_phase *p = g->p;
   double gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
@@ -106,8 +106,8 @@ static int tr_slows_too_fast(const tr_sim *s, const double *before, const double
   return 0;
 }
 
-/* One trial step of the path: two half steps into `y`. *error: their difference from one whole step, in units of the largest rate.
- * Returns 0 on failure. */
+/* One trial step of the path: two half steps into `y`. *error: difference between the results of two half steps and of one whole
+ * step, in units of the largest rate. Returns 0 on failure. */
 static int tr_try_path_step(tr_sim *s, double t, double *y, const tr_growth *g, double h, double *error) {
   const int nq = s->k->nq, nv = s->k->nv;
   double once[tr_state_width(s)], most = 0.0, apart = 0.0;
@@ -158,8 +158,8 @@ static double tr_follow_path(tr_sim *s, double t, double *y, const tr_growth *g,
   return grown;
 }
 
-/* How the impulses of phase p grow along a path, into `g`. least: memory for them. Returns whether the part needs a path: friction
- * turns, or several contacts push and their shares depend on the rates. Requires maps at the start of the part. */
+/* Set in `g` how the impulses of phase p grow along a path. Returns whether the part needs a path, because friction turns, or
+ * because several contacts push and their shares depend on the rates. Requires maps at the start of the part. */
 static int tr_needs_path(const tr_sim *s, const tr_phase *p, const double *rate, tr_growth *g) {
   double pushes = 0.0, lacks = 0.0, held = 0.0;
   int contacts = 0, turns = 0;

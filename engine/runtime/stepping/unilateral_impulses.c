@@ -30,7 +30,7 @@ static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phas
   tr_copy(tr_state_width(s), y, mid);
   s->impact = (tr_impact){1, slides, h};
   s->moreau.frozen = 0, s->moreau.decides = INFINITY, s->moreau.keeps = 0;
-  const int ok = tr_moreau_solve(s, t - 0.5 * h, y, mid, h); /* the maps belong to the middle of the impulse step, here to t */
+  const int ok = tr_moreau_solve(s, t - 0.5 * h, y, mid, h); /* t is the middle of the impulse step, to which its maps belong */
   s->impact.solving = 0;
   return ok;
 }
@@ -74,7 +74,7 @@ static void tr_apply_impulses(tr_sim *s, double t, double *y, double part) {
   }
 }
 
-/* Whether each closed contact has its target rate. Contacts whose rows depend on each other may have none in common. */
+/* Whether each closed contact has its target rate. If rows of contacts depend on each other, no impulses may reach all targets. */
 static int tr_reach_targets(const tr_sim *s, const tr_phase *p, const double *rate) {
   double speed = 0.0, apart = 0.0;
   for (int c = 0; c < s->k->nunilateral; ++c) {

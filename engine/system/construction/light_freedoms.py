@@ -23,9 +23,9 @@ the loop equations lose n digits. Above this limit, the equations keep the digit
 def light_freedoms(
     scene: Scene, table: ParameterTable, bodies: Sequence[Body], joints: Sequence[Joint], more: Sequence[Joint]
 ) -> list[LightFreedom]:
-    """All light freedoms of tree joints. A joint is judged by the body that it carries, without heavier bodies outboard. (A wheel
-    that turns freely on a shaft adds nothing to the shaft's inertia about the axis.) The function compares this body with the
-    bodies on the loops, and with all bodies outboard of them. more: couplings, which also close loops."""
+    """All light freedoms of tree joints. The function judges a joint by the body that the joint carries, without heavier bodies
+    outboard. (A wheel that turns freely on a shaft adds nothing to the shaft's inertia about the axis.) This body is compared with
+    the bodies on the loops, and with all bodies outboard of these bodies. more: couplings, which also close loops."""
     on_loops = _bodies_on_loops(bodies, [j for j in joints if j.cut] + list(more))
     if not on_loops:
         return []
@@ -40,7 +40,8 @@ def light_freedoms(
             light = LIGHT * max(sizes)
             if inertia < light and j.devices[k].inertia is None:
                 added = min(x for x in sizes if x >= light)
-                out.append(LightFreedom(i, k, turning, 2.0 ** round(math.log2(added))))  # rounding lets sweeps share a kernel
+                out.append(LightFreedom(i, k, turning, 2.0 ** round(math.log2(added))))  # rounded, so that the cases of a sweep
+                                                                                         # share a kernel
     return out
 
 
