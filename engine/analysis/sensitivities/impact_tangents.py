@@ -56,7 +56,7 @@ class ImpactTangents:
     m). dp: derivatives of the unit's parameters (np × m). rate: rate scale of the mechanism, 1/s.
 
     approach: values and derivatives before the impact. made: [impulses, their derivatives] (nz × (1 + m)) since the start of the
-    phase. compression: made at the end of the phase of compression."""
+    phase. compression: value of ``made`` at the end of the phase of compression."""
 
     def __init__(self, unit: SensitivityUnit, step: RecordedStep, S: np.ndarray, dp: np.ndarray, rate: float):
         self.unit, self.step, self.S, self.dp, self.h = unit, step, S, dp, SHORT / rate

@@ -37,8 +37,8 @@ from trunnion.system.structure.friction_joint_indices import everything
 Recipe = tuple[Any, ...]
 """Module, function and arguments of a primitive (``primitive_cache.primitive``)."""
 MANY = 3
-"""Of a joint's freedoms, the catalogue allows as prescribed: any subset if there are fewer than this number; none, one or all if
-there are this many; none or all if there are more."""
+"""Number of a joint's freedoms. With fewer freedoms, the catalogue allows any subset as prescribed. With this number of freedoms,
+the catalogue allows none, one or all; with more, none or all."""
 COMPARED = {name for law in LAWS.values() if law.exact for name in (law.name, law.exact)}
 """Laws that the catalogue combines with Adams' approximation: each law that smooths another law, and the smoothed law."""
 SIDES = (False, True)

@@ -1,5 +1,5 @@
-/* Functions that access parts of a block: pairs and their modes, signals, end stops, multipliers, units. Two functions cancel a
- * run. */
+/* Functions that access parts of a simulation's block: pairs and their modes, signals, end stops, multipliers, units. Two functions
+ * cancel a run. */
 #ifndef TR_ACCESSORS_H
 #define TR_ACCESSORS_H
 #include <math.h>
@@ -10,7 +10,7 @@
 #include "base/vectors.h"
 #include "tr_tables.h"
 
-/* Number of stages of a step whose reserves are recorded: all of them, and its end. */
+/* Number of states of a step at which reserves are recorded: all stages, and the end of the step. */
 enum { TR_RECORDS = TR_STAGES + 1 };
 
 /* Kinds of equation that determine a multiplier. LAW: the friction law. REST: zero acceleration of a held pair. FREE: friction
@@ -18,8 +18,8 @@ enum { TR_RECORDS = TR_STAGES + 1 };
  * determine the load). STORED: a stored load. FULL: the capacity of a held pair that yields. */
 enum { TR_ROW_LAW, TR_ROW_REST, TR_ROW_FREE, TR_ROW_SHARE, TR_ROW_STORED, TR_ROW_FULL };
 
-/* Source of the loads that a group at rest stores. NONE: the group stores no loads and shares by the rule. CREEP: a creep
- * minimisation. PLACED: the present multipliers. */
+/* Source of the loads that a group at rest stores. NONE: the group stores no loads, and shares its load by the sharing rule. CREEP:
+ * a creep minimisation. PLACED: the present multipliers. */
 enum { TR_STORES_NONE, TR_STORES_CREEP, TR_STORES_PLACED };
 
 /* Leader of a group: the share of each other multiplier refers to the leader's share. Fields: index of the leader's multiplier, its

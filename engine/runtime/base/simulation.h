@@ -92,10 +92,10 @@ typedef struct tr_trial {
   double most;      /* largest growth factor of the next step; 1 after a refused or repeated step */
 } tr_trial;
 
-/* Phases of a step (``stepping/trial_step.c``). A case of SIMD lanes waits before STAGES and before END. */
-/* Parts of an impact that a record holds. */
+/* Largest number of parts of an impact that a record holds. */
 enum { TR_IMPACT_PARTS = 6 };
 
+/* Phases of a step (``stepping/trial_step.c``). A case of SIMD lanes waits before STAGES and before END. */
 enum { TR_PHASE_BEGIN, TR_PHASE_STAGES, TR_PHASE_END };
 
 /* Kinds of accepted step. An accepted step waits until its rows are written; then tr_complete_step completes it. */

@@ -151,7 +151,7 @@ static int tr_check_dissipation(const tr_sim *s, int i, const tr_recomputed *it,
   double friction = 0.0, load = 0.0; /* load: a second scale for friction, which is round-off of the load if μ = 0 */
   double power = 0.0, size = 0.0, fast = 0.0, cancel = 0.0, slow = pair->nrates == 1 ? tr_rest_speed(tr_speed_unit(s)) : tr_crawl_speed(tr_speed_unit(s));
   for (int j = 0; j < pair->nrates; ++j) power += eta[j] * v0[j];
-  if (power >= 0.0) return 0; /* the levers cancel in the power, so they are not needed up to here */
+  if (power >= 0.0) return 0; /* the power needs no levers; the sums below do */
   power = 0.0;
   for (int j = 0; j < pair->nrates; ++j) {
     double v = v0[j] * lever[j], f = eta[j] / lever[j];

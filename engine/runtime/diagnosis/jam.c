@@ -96,9 +96,9 @@ static int tr_is_fully_driven(tr_sim *s, int pair) {
   return driven;
 }
 
-/* The first moving pair whose sudden stop at y makes a solution possible; −1 if there is none. Used for failures that no single
- * moving pair causes (tr_find_obstructing_pair), but several pairs together, or a pair at rest. (Example: a self-locking thread
- * whose nut reverses stops the link that drives the nut.) */
+/* The first moving pair whose sudden stop at y makes a solution possible; −1 if there is none. Used for failures that several pairs
+ * cause together, or that a pair at rest causes. (tr_find_obstructing_pair finds single moving pairs.) (Example: when a nut
+ * reverses, its self-locking thread stops the link that drives the nut.) */
 static int tr_find_stopping_pair(tr_sim *s, const double *y, const tr_mode *modes) {
   double copy[tr_state_width(s)];
   for (int i = 0; i < s->k->nsliders; ++i) {

@@ -64,7 +64,7 @@ static double tr_projected_violation(tr_sim *s, int i, double theta) {
     tr_stop_depths(s, y, depth);
     return tr_mode_violation(s, i, depth) - STOP_PASSED;
   }
-  tr_evaluate_laws(s, TR_A(s, z) + s->k->active); /* Newton's method leaves the laws' values of the iterate before the last one */
+  tr_evaluate_laws(s, TR_A(s, z) + s->k->active); /* Newton's method leaves the laws' values of an earlier iterate */
   if (s->friction.held) tr_evaluate_capacities(s);
   double most = tr_mode_violation(s, i, 0);
   for (int j = 0; tr_is_stuck(s, i) && j < s->k->nsliders; ++j)

@@ -17,8 +17,8 @@ typedef struct tr_branch {
   tr_contact contacts[TR_EVENT_CONTACTS];
 } tr_branch;
 
-/* Error, in tolerances, of a step that changes a position in a curve or field by too much before its fraction `most`; otherwise 0.
- * Sets step.passed. */
+/* Error, in tolerances, of a step that changes a position in a curve or field by too much; otherwise 0. Only the part of the step
+ * up to the fraction `most` counts. Sets step.passed. */
 static double tr_position_error(tr_sim *s, double most);
 
 /* Largest growth factor of the next step after the last call of tr_position_error. */

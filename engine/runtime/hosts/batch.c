@@ -74,7 +74,7 @@ static tr_sim *tr_case_block(tr_batch *b, int which) {
   o.rtol = set->rtol, o.length = set->length, o.rate = set->rate, o.energy = set->energy;
   tr_configure(s, &o);
   s->lane = which ? 0 : b->lane;
-  if (b->lane) s->ask.host = 0; /* the host is asked between calls (``hosts/lane_batch.c``) */
+  if (b->lane) s->ask.host = 0; /* ``hosts/lane_batch.c`` asks the host between its calls */
   b->which = which, b->now = s;
   return s;
 }

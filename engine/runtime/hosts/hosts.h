@@ -66,8 +66,8 @@ int tr_reach_bounded(tr_sim *s, double t, double *row);
  * TR_CANCELLED even after a failure. */
 int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capacity, long *count);
 
-/* Check the state, modes and multipliers of the block against the laws. deciding: 1 checks like after a decision about pairs at
- * rest, 0 like at the end of a step. Returns bits of the violated laws; 0 if all laws hold. */
+/* Check the state, modes and multipliers of the block against the laws. deciding: 1 applies the checks that follow a decision about
+ * pairs at rest, 0 those at the end of a step. Returns bits of the violated laws; 0 if all laws hold. */
 int tr_verify(tr_sim *s, int deciding);
 
 /* Compute all constants from the parameters in the block. */

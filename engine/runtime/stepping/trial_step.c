@@ -239,8 +239,8 @@ static void tr_probe_failure(tr_sim *s) {
   if (tr_project_and_evaluate(s, s->clock.t + h, y, TR_A(s, dy)) && (tr_check_solution(s, y, 0, 0) & TR_BREAKS_LOOP)) s->step.failure = TR_FAIL_MODES;
 }
 
-/* Whether friction loses its root at the start of the step. Steps then shrink to round-off before the equations fail, because
- * friction grows without bound, while it decelerates a light body within a tiny distance. */
+/* Whether friction loses its root at the start of the step. Friction then grows without bound and stops a light body within a tiny
+ * distance, so that steps shrink to round-off before the equations fail. */
 static int tr_is_root_lost(tr_sim *s) {
   if (!s->k->sets || !s->k->neta) return 0;
   s->step.watch = 0;

@@ -43,9 +43,9 @@ static int tr_has_pair_moving_backwards(tr_sim *s, double t, const double *y) {
 }
 
 /* Largest speed that unknown times of mode changes leave uncertain, relative to its tolerance. For a pair that stops in the step,
- * the speed before is uncertain; for a pair that starts, the speed after; for a pair that reverses, the sum of both. Two more kinds
- * of pair count. Pairs of the first kind are stuck at the end, but slip in the next step. The rate of pairs of the second kind
- * reversed without a change of mode. (The rates that decide modes have errors of h².) */
+ * the speed at the start is uncertain; for a pair that begins to slide, the speed at the end; for a pair that reverses, the sum of
+ * both. Pairs that are stuck at the end but slip in the next step count, too. So do pairs whose rate reversed without a change of
+ * mode. (The rates that decide modes have errors of h².) */
 static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *course) {
   const tr_kernel *k = s->k;
   const double t = s->clock.t;

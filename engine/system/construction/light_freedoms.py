@@ -40,8 +40,7 @@ def light_freedoms(
             light = LIGHT * max(sizes)
             if inertia < light and j.devices[k].inertia is None:
                 added = min(x for x in sizes if x >= light)
-                out.append(LightFreedom(i, k, turning, 2.0 ** round(math.log2(added))))  # rounded, so that the cases of a sweep
-                                                                                         # share a kernel
+                out.append(LightFreedom(i, k, turning, 2.0 ** round(math.log2(added))))  # rounding lets sweeps share a kernel
     return out
 
 

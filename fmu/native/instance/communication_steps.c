@@ -74,8 +74,7 @@ static fmu_status fmu_arrived(fmu_instance *m, int status, double target) {
     return fmu_audit(m);
   }
   s->reached = fmax(s->time, tr_time(FMU_SIM(s)));
-  s->time = s->reached, FMU_SIM(s)->set.brief = 0; /* the last row of a run contains all outputs, because no copy of a failed run
-                                                      can compute omitted ones */
+  s->time = s->reached, FMU_SIM(s)->set.brief = 0; /* a failed run cannot be copied, so its last row contains all outputs */
   s->ready = tr_row(FMU_SIM(s), FMU_A(s, row)) == TR_OK, s->deferred = FMU_COSTLY;
   if (status == TR_MORE)
     return fmu_log(m, FMU_DISCARD, "the communication step stopped at t = %.17g s after solver.max_steps = %ld internal steps: increase solver.max_steps", s->reached, fmu_most_steps(s));
