@@ -96,7 +96,7 @@ static int tr_count_released_at(tr_sim *s, int i, double theta) {
 }
 
 /* Delay the pending release of pair i to the last release that follows within the error of event times. In symmetric mechanisms
- * these releases are simultaneous; only the error of the step separates them in time. */
+ * these releases are simultaneous; only the error of the step separates the releases in time. */
 static void tr_release_together(tr_sim *s, int i) {
   int near = 0;
   const int nz = tr_z_length(s);

@@ -28,7 +28,7 @@ static int tr_collect_pairs_at_rest(tr_sim *s, int also, int *rest);
 static int tr_bring_all_to_rest(tr_sim *s, double *y, int also, int *rest, int n);
 
 /* Longest step, s, while pairs may stick: a quarter of the period of the fastest load. While pairs are stuck, a quarter of the
- * fastest rotation is a limit, too, because no error estimate includes their load. */
+ * period of the fastest rotation is a limit, too, because no error estimate includes the load of stuck pairs. */
 static double tr_longest_held_step(const tr_sim *s);
 
 /* Freeze the sliding direction of pair i at its present rates. Requires maps of the current state. */

@@ -113,8 +113,8 @@ static int tr_write_rows_of_step(tr_sim *s, double t_end, int final, double *row
   return TR_OK;
 }
 
-/* Write rows up to t_end from the dense output; rows follow the steps if `every` is at most 0. Returns TR_OK, TR_ROWS_FULL or a
- * failure. */
+/* Write rows up to t_end from the dense output. If `every` is at most 0, the times of the rows depend on the steps. Returns TR_OK,
+ * TR_ROWS_FULL or a failure. */
 static int tr_write_rows(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
   if (s->clock.width == 0) return TR_OK;
   int width = s->clock.width;

@@ -39,7 +39,7 @@ static void tr_choose_record(tr_sim *s, int first, int whole) {
   s->step.impacts[0] = whole ? first + 1 : s->step.impacts[0] - 1.0;
 }
 
-/* Whether two states have the same rates. start: the state before the impact. */
+/* Whether the states `y` and `other` have the same rates, relative to the change of the rates since the state `start`. */
 static int tr_are_rates_same(const tr_sim *s, const double *y, const double *other, const double *start) {
   double most = 0.0, apart = 0.0;
   for (int i = s->k->nq; i < s->k->nq + s->k->nv; ++i) most = fmax(most, fabs(other[i] - start[i])), apart = fmax(apart, fabs(other[i] - y[i]));

@@ -121,8 +121,8 @@ static int tr_try_path_step(tr_sim *s, double t, double *y, const tr_growth *g, 
   return 1;
 }
 
-/* Let the impulses grow over one unit of the path: to the first stop of a pair, or to the end of a contact's impulse. Returns the part
- * of the unit; 0 on failure. */
+/* Let the impulses grow over one unit of the path: to the first stop of a pair, or to the end of a contact's impulse. Returns the
+ * length of the path so far, at most 1; 0 on failure. */
 static double tr_follow_path(tr_sim *s, double t, double *y, const tr_growth *g, int *which) {
   const int width = tr_state_width(s), nrates = s->k->nrates;
   double grown = 0.0, h = PATH_FIRST, error, before[nrates + 1], last[nrates + 1], next[width];

@@ -101,9 +101,9 @@ static double tr_largest_start_acceleration(tr_sim *s) {
   return most;
 }
 
-/* Like tr_shortest_impulse_step, for accelerations above those of the rate scale. In this time, the accelerations at the start of
- * the step change speeds by at most LEAST_IMPULSE times the tolerance. A faster change is an impact. Accelerations in the modes at
- * the step's start and at its end both count, because a pair has no acceleration before its release. */
+/* Like tr_shortest_impulse_step, for accelerations above those of the rate scale. During the returned step, the accelerations at
+ * the start of the step change speeds by at most LEAST_IMPULSE times the tolerance. A faster change is an impact. Accelerations
+ * in the modes at the step's start and at its end both count, because a pair has no acceleration before its release. */
 static double tr_shortest_impulse_step_from_start(tr_sim *s, const tr_moreau_course *course) {
   const int failure = s->step.failure;
   tr_mode end[s->k->nsliders + 1];
