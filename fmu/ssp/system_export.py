@@ -241,7 +241,7 @@ def _values(system: System, parts: dict[str, FmuComponent], sums: Sources, wrong
 
 
 def _given(name: str, port: Port, base: BaseUnits, setting: Setting) -> ParameterValue:
-    """A value with the type and unit of its variable. base: base unit of the variable's unit. UnitError for a wrong unit."""
+    """A value with the type and unit of its variable. base: base unit of the variable's unit. Raises UnitError for a wrong unit."""
     value = setting.value
     if port.type in ("String", "Boolean"):
         return ParameterValue(name, port.type, str(value).lower() if port.type == "Boolean" else str(value))

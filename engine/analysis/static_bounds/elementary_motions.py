@@ -27,7 +27,8 @@ class Motion:
     Attributes:
         rates: rates of the tree's freedoms (nv × 1), scaled to a largest surface velocity of 1. A ball or shaft that may slide
             in k directions gives k columns (nv × k).
-        slides: surface velocity of every pair, zero for a pair at rest. With k columns, its entries are magnitudes only.
+        slides: surface velocity of every pair, zero for a pair at rest. With k columns, the entries of ``slides`` are magnitudes
+        only.
     """
 
     rates: np.ndarray

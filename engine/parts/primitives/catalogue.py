@@ -74,8 +74,8 @@ FORCES = {"device", "load", "spring", "bushing", "latch", "along_freedom", "betw
 
 
 def _smooth(name: str, which: Sequence[Any]) -> bool:
-    """Whether the catalogue contains tangents of a primitive. Contact columns have tangents only with the usual laws: the tangents
-    of contact columns have as much code as all other primitives together, and users seldom linearise these columns."""
+    """Whether the catalogue contains tangents of a primitive. Contact columns have tangents only with the usual laws. (The tangents
+    of contact columns have as much code as all other primitives together, and users seldom linearise contact columns.)"""
     if name == "column":
         friction = next((x.joint.friction for x in which[1] if isinstance(x, FrictionKey)), None)
         return not friction or (friction.law in COMPARED and not friction.adams)

@@ -164,8 +164,8 @@ static int tr_check_dissipation(const tr_sim *s, int i, const tr_recomputed *it,
   return power >= -(starts ? START_BACKWARDS : POWER_GIVEN) * size ? 0 : starts ? TR_BREAKS_START : TR_BREAKS_POWER;
 }
 
-/* Check that a held pair does not move and does not exceed its capacity. In an impulse step, accelerations include the rates at the
- * step's end. Friction of round-off size may accelerate a light body; this is no violation. */
+/* Check that a held pair is at rest, and that its friction is within its capacity. In an impulse step, accelerations include the
+ * rates at the step's end. Friction of round-off size may accelerate a light body; this is no violation. */
 static int tr_check_held(const tr_sim *s, int i, const tr_recomputed *it, const tr_hold *hold) {
   const tr_pair *pair = tr_pair_of(s, i);
   int broken = 0;

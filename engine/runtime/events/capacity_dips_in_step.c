@@ -16,8 +16,8 @@
 #define SHORTLY_BESIDE 1e-6 /* relative to the spacing of the points: finite difference that gives the slope of a reserve */
 #define INSET 1e-3   /* relative to an interval: least distance of a new point from the ends of the interval */
 
-/* A point beside a dip: its place, the reserve at this place, and the slope of the line through this point and the next point away
- * from the dip. The slope is NaN if there is no next point. */
+/* A point beside a dip: its place, the reserve at this place, and the slope towards the next point away from the dip. The slope is
+ * NaN if there is no next point. */
 typedef struct tr_arm {
   double x, reserve, slope;
 } tr_arm;

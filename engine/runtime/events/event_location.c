@@ -19,8 +19,8 @@
 #define ROOT_ROUND_OFF 1e-14 /* round-off of θ */
 #define DIP 0.05 /* relative to the variation of a sliding speed over the stages: possible drop of the speed between stages */
 #define TURN_DIP 0.5    /* replaces DIP between distant stages, if the speed has a minimum inside the step */
-/* relative to the variation of a stuck pair's violation over the stages: possible further rise between stages. (Two stages are at
- * most a quarter period of the fastest load apart.) */
+/* relative to the variation of a stuck pair's violation over the stages: possible further rise between stages. (The distance
+ * between two stages is at most a quarter of the period of the fastest load.) */
 #define SWING 0.5
 /* replaces SWING for a spinning ball, whose axis at low speed turns within part of a step */
 #define CONE_SWING 2.0

@@ -6,7 +6,7 @@
 #define CLOSE_TIMES 8   /* largest number of secant iterations */
 /* relative to the step: largest shift of an event by the step's error; a root at a larger distance is another event */
 #define CLOSE_FAR 0.25
-/* relative to TOL_STOP: depth beyond a stop at which its event is placed, and tolerance of this depth */
+/* relative to TOL_STOP: depth beyond a stop at which the stop's event is placed, and tolerance of this depth */
 #define STOP_PASSED (0.5 * EVENT_CLOSE)
 /* in units of tolerance / rate scale: releases at a smaller distance in time count as simultaneous; far below the error of event
  * times */

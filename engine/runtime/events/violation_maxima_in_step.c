@@ -83,7 +83,8 @@ static void tr_list_violations(tr_sim *s, const tr_samples *at, const double *fr
 }
 
 /* Evaluate and store point q. Returns its largest violation minus 1, with the worst pair or stop in *worst. Point 0, the start, has
- * no event, because the modes were decided for it. last: worst pair or stop at the end. from: as in tr_violation_at_from. */
+ * no event, because the modes were decided for this point. last: worst pair or stop at the end. from: as in
+ * tr_violation_at_from. */
 static double tr_store_sample(tr_sim *s, const tr_samples *at, int q, int last, const double *from, int *worst) {
   const int end = q == tr_sample_count(s), known = end || (q == 0 && s->step.margin == s->step.margin);
   double all, *own = at->own + q * tr_sample_width(s);

@@ -244,8 +244,8 @@ int tr_reach_event(tr_sim *s, double t, double limit, long max_steps, double *ro
  * step can be made; the next call then reports the failure. */
 double tr_next_end(tr_sim *s, double limit);
 
-/* Whether pair i is in the proportional zone of its law. *turned receives the time of a reversal inside the zone; NaN: none yet, or
- * one inside the waiting step. The reversal is logged when the pair leaves the zone. */
+/* Whether pair i is in the proportional zone of its law. *turned receives the time of a reversal inside the zone; NaN: no reversal
+ * yet, or a reversal inside the waiting step. The reversal is logged when the pair leaves the zone. */
 int tr_within_zone(const tr_sim *s, int i, double *turned);
 
 /* Cut the waiting step at a time t inside the step. Returns TR_OK or a failure. */

@@ -57,9 +57,9 @@ static int tr_set_yielding_modes(tr_sim *s, const int *rest, int n, const tr_mod
   return count;
 }
 
-/* Whether the n pairs `rest` hold if the pair `released`, and all pairs that already yielded, yield. A pair that yields exerts its
- * capacity, while other pairs hold its freedom. Only pairs of given capacity yield. start: modes before the decision. On success,
- * the modes are in force. */
+/* Whether the n pairs `rest` hold if the pair `released` yields, together with the pairs that have already yielded. A pair that
+ * yields exerts its capacity, while other pairs hold its freedom. Only pairs of given capacity yield. start: modes before the
+ * decision. On success, the modes are in force. */
 static int tr_hold_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start) {
   const int was = s->friction.stored, given = tr_has_given_capacity(s, released);
   double eta[s->k->neta + 1], *now = TR_A(s, z) + s->k->active;
@@ -89,9 +89,9 @@ static int tr_slide_one_by_one(tr_sim *s, const int *rest, int n, int released) 
   return 0;
 }
 
-/* Whether sliding starts if the pair `released` and the pairs that already yielded slip. Pairs that become overloaded slip, too.
- * first: 1 requires a pair that already yielded; 0 also accepts a pair `released` of given capacity. start: modes before the
- * decision. On success, the modes are in force. */
+/* Whether sliding starts if the pair `released` slips, together with the pairs that have already yielded. Pairs that become
+ * overloaded slip, too. first: 1 requires a pair that already yielded; 0 also accepts a pair `released` of given capacity. start:
+ * modes before the decision. On success, the modes are in force. */
 static int tr_slide_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start, int first) {
   const int was = s->friction.stored;
   double eta[s->k->neta + 1], *now = TR_A(s, z) + s->k->active;

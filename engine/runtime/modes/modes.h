@@ -44,8 +44,8 @@ static void tr_reverse_kink_directions(tr_sim *s);
 /* Maximum norm of the frozen direction of pair i; 0 if the pair does not slide. */
 static double tr_frozen_length(const tr_sim *s, int i);
 
-/* Give the directions of pairs that moved along a line an ordinary norm instead of ON_LINE, before impulse steps, which freeze no
- * line direction. */
+/* Replace the norm ON_LINE of directions by an ordinary norm. Called before impulse steps, because impulse steps freeze no line
+ * direction. */
 static void tr_clear_line_directions(tr_sim *s);
 
 /* Whether pair i, which started to slide along a line, still slides along this line at the given rates. width: accepted speed

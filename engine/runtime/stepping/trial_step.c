@@ -221,8 +221,8 @@ TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *tr
   tr_audit_step(s, trial->end, TR_A(s, ynew));
 }
 
-/* Remake the step so that it ends slightly after its event. The dense output has a lower order than the step's end; in the original
- * step, its error would shift event times by hundreds of tolerances. */
+/* Remake the step so that it ends slightly after its event. The dense output has a lower order than the step's end. In the original
+ * step, the error of the dense output would shift event times by hundreds of tolerances. */
 TR_INLINE void tr_remake_to_event(tr_sim *s, tr_trial *trial) {
   const double h = CUT_BEYOND * trial->theta * trial->h, whole = fmax(trial->whole, trial->h);
   tr_copy(tr_z_length(s), TR_A(s, zold), TR_A(s, z));

@@ -1,4 +1,4 @@
-/* Joints that only push (theory, "Contact that begins and ends"): which contacts stay closed, and the events at which contacts
+/* Joints that only push (theory, "Contact that begins and ends"): choice of the contacts that stay closed; events at which contacts
  * open, close and come to rest. */
 #include "stepping/stepping.h"
 
@@ -180,8 +180,8 @@ static int tr_has_other_rates(const tr_sim *s, const tr_met *met, int impact, in
   return other && tr_pair_of(s, i)->kind == TR_KIND_SET;
 }
 
-/* Set the modes that follow from the present rates: after an impact of all pairs, otherwise of the pairs of contacts that touch and
- * were open. */
+/* Set modes by the present rates. After an impact, the modes of all pairs are set; otherwise, only those of the pairs of contacts
+ * that touch and were open. */
 static void tr_set_modes_by_rates(tr_sim *s, const tr_met *met, int impact) {
   tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
   for (int i = 0; i < s->k->nsliders; ++i) {

@@ -55,7 +55,7 @@ static int tr_decide_by_rates(tr_sim *s, const int *rest, int n) {
 }
 
 /* Decide the modes of the n pairs `rest` for a step h. These pairs have no frozen direction. The full search runs only in short
- * steps, or if all pairs were stuck before; whether all pairs hold does not depend on h. Returns 1 on success. */
+ * steps, or if all pairs were stuck before. (If all pairs hold, they hold for any h.) Returns 1 on success. */
 static int tr_moreau_decide(tr_sim *s, const int *rest, int n, double h) {
   int held = 1;
   for (int q = 0; q < n; ++q) held &= tr_is_stuck(s, rest[q]);

@@ -56,7 +56,7 @@ static double tr_find_first_end(tr_sim *s, double h, const tr_moreau_course *cou
   return found == TR_FOUND && (hit || which >= n || tr_is_stuck(s, which)) ? theta : 1.0;
 }
 
-/* Whether a pair that is stuck at the start of the last step slips before its end. */
+/* Whether a pair that is stuck at the start of the last step slips before the end of the step. */
 static int tr_has_released(const tr_sim *s, const tr_moreau_course *course) {
   for (int i = 0; i < s->k->nsliders && !course->steady; ++i)
     if (tr_is_set_valued(s, i) && tr_mode_flag(course->start + i) == TR_STUCK && (tr_mode_flag(course->middle + i) != TR_STUCK || !tr_is_stuck(s, i))) return 1;

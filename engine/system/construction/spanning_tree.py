@@ -49,7 +49,8 @@ def cutting_cost(j: Joint, light: bool, tied: bool = False) -> tuple[int, int]:
 
 
 def closing_joints(scene: Scene, prescribed: Collection[str]) -> list[str]:
-    """Prescribed joints whose motion follows from the motion of a loop's other joints, because these joints are all prescribed."""
+    """Prescribed joints whose motion follows from the motion of a loop's other joints, because all these other joints are
+    prescribed."""
     moves = Drive(constant=Constant(0.0))
     driven = replace(scene, joints={n: replace(j, drive=moves) if n in prescribed else j for n, j in scene.joints.items()})
     return [n for n in span(driven).cut if n in prescribed]
