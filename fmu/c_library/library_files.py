@@ -73,7 +73,7 @@ def library(
 
 
 def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Write files into a folder, each atomically; SceneError on failure."""
+    """Write files into a folder, each atomically. Raises SceneError on failure."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, content in files.items():

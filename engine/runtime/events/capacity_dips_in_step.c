@@ -99,7 +99,7 @@ static double tr_next_dip_place(const tr_arm *left, const tr_arm *right, double 
   return x;
 }
 
-/* Search the dip of pair i between two points. */
+/* Search for a dip of pair i between two points. */
 static void tr_find_dip(tr_sim *s, const tr_samples *at, int i, tr_arm left, tr_arm right, tr_bracket *b) {
   const double shortly = SHORTLY_BESIDE * (right.x - left.x);
   double least = fmin(left.reserve, right.reserve), change = 0.0, x;
