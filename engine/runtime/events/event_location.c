@@ -75,7 +75,7 @@ static double tr_next_root_point(const tr_root_search *r, int it, double least) 
     if (it >= SECANT_STEPS || !(1.0 - sqrt(1.0 - width) < rise && rise < sqrt(width))) return half;
     part = part * f3 / (f3 - f2) - (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f2 - f3);
   }
-  const double m = x1 + part * (x2 - x1); /* interpolation to f = `aim`, a point slightly beyond the root, which ends the search */
+  const double m = x1 + part * (x2 - x1); /* interpolation to f = `aim`: a point slightly beyond the root ends the search */
   return m > r->a && m < r->b ? m : half;
 }
 
