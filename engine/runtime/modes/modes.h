@@ -57,7 +57,7 @@ static int tr_is_on_line(const tr_sim *s, int i, const double *rate, double widt
 static int tr_is_still_on_line(tr_sim *s, int i);
 
 /* Freeze the direction of pair i, which has the rates r and the speed v, as that of a line (norm ON_LINE). The pair's friction then
- * does not reverse when its rates do. */
+ * does not reverse when the rates reverse. */
 static void tr_freeze_line_direction(tr_sim *s, int i, const double *r, double v);
 
 /* Whether pair i is in its first step from rest. */

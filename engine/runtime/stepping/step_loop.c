@@ -1,7 +1,7 @@
 /* The stepping loop, up to the target: make trial steps until one is accepted, then complete this step. */
 #include "stepping/stepping.h"
 
-/* per pair: largest number of failures that a run overcomes at one time; it overcomes the second half only by impacts */
+/* per pair: largest number of failures that a run overcomes at one time; the second half is overcome only by impacts */
 #define RESUMED_MOST 2
 #define STALL_TIME 1e-9         /* in units of 1 / rate scale: least progress of STALL_TRIALS steps */
 /* relative to a fixed step: least progress of STALL_TRIALS trial steps; events may cut these steps short */
