@@ -99,7 +99,7 @@ def export(
     only), or both. certify: add the parameter ``solver.errors``. If its value is 1, each output holds the output's error estimate.
     starts: start values of the FMU's parameters by name, in SI units. Names that are not parameters are ignored. scalars: FMI 3.0
     without arrays. reference: include results of the scene with their allowed differences (FMI-LS-REF). sums: for each input that
-    is a sum, its sources. SceneError for wrong input, SimulationError when the scene cannot start."""
+    is a sum, its sources. Raises SceneError for wrong input, and SimulationError when the scene cannot start."""
     target, read, of = Path(file), Amounts(), kernel if sources else None
     step = read.time(step, "step")
     wrong = [*read.problems, *apart(flavour, fmi, parameters, kind, step, of, certify, scalars)]
@@ -168,8 +168,8 @@ def _binaries(made: ExportedScene, flavour: str, libraries: dict[str, bytes]) ->
 
 
 def started(scene: Scene, outputs: Names | None, kernel: str) -> tuple[Model, Result]:
-    """The model of a scene, and the result of a run over the first millionth of the scene's duration. SimulationError when the
-    scene cannot start."""
+    """The model of a scene, and the result of a run over the first millionth of the scene's duration. Raises SimulationError when
+    the scene cannot start."""
     c_compiler.needed("an FMU", "C code for its hosts")
     model = Model(scene, outputs, kernel, inf)
     sim = scene.simulation

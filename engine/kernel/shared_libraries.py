@@ -90,7 +90,7 @@ def compiled_runtime(machine: c_compiler.Machine | None = None) -> Path:
 
 
 def written_entries(folder: Path) -> Path:
-    """Write the C file of the functions that Python calls into a folder, and return its path."""
+    """Write, into a folder, a C file with the functions that Python calls. Returns the path of the file."""
     file = folder / "entry_points.c"
     file.write_text(entry_points("hosts/hosts.h", (RUNTIME / "hosts" / "hosts.h").read_text(), host=GUARDED))
     return file

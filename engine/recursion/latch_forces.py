@@ -12,8 +12,8 @@ LIFTED = 0.5
 """A hook is lifted while the release signal is above this value."""
 
 SLACK = 5e-13
-"""A hook falls when the part is this distance before the tooth, m or rad, so that it catches a part that starts at the tooth. The
-distance is half of the tolerance of end stops."""
+"""A hook falls when the part is this distance before the tooth, m or rad, so that the hook catches a part that starts at the tooth.
+The distance is half of the tolerance of end stops."""
 
 BEYOND = 2e-12
 """When a hook falls, a tooth counts as passed if the part is within this distance of the tooth, m or rad. The distance is twice the

@@ -35,8 +35,8 @@ def list_parameters(scene: Scene) -> list[Parameter]:
 
 
 def parse_assignment(text: str) -> tuple[str, Any]:
-    """(path, value) of "PATH=VALUE". The value has the syntax of a scene file: 0.5, 3 deg, [0, 0, -1.62], viscous. SceneError
-    when the text has another form."""
+    """(path, value) of "PATH=VALUE". The value has the syntax of a scene file: 0.5, 3 deg, [0, 0, -1.62], viscous. Raises
+    SceneError when the text has another form."""
     path, sign, value = text.partition("=")
     if not sign or not value.strip():
         raise SceneError([Problem(text, "not of the form PATH=VALUE", "for example joints.ball.friction.mu=0.5")])

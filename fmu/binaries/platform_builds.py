@@ -80,8 +80,8 @@ HOSTS = {
 
 
 def chosen(names: Sequence[str], standard: str = "2.0") -> list[str]:
-    """The names of the platforms to build. names: "host", "all", or platform names of FMI 2.0 or 3.0. SceneError for any other
-    name."""
+    """The names of the platforms to build. names: "host", "all", or platform names of FMI 2.0 or 3.0. Raises SceneError for any
+    other name."""
     out: list[str] = []
     folders = NAMES[standard]
     also = {folder: name for name, folder in NAMES["3.0"].items()}

@@ -55,8 +55,8 @@ def library(
     checked: bool = False,
 ) -> Library:
     """Export a scene as a C library. overrides, outputs: as in ``trunnion.simulate``. step: default of solver.step, s (0: error
-    control). checked: whether array lengths are checked at run time (``constant_length_arrays.fixed``). SceneError for wrong input,
-    SimulationError when the scene cannot start."""
+    control). checked: whether array lengths are checked at run time (``constant_length_arrays.fixed``). Raises SceneError for wrong
+    input, and SimulationError when the scene cannot start."""
     model, first = started(scene_given(scene, overrides), outputs, "compiled")
     made = ExportedScene(model, first, step)
     name = library_name(made.identifier)
@@ -73,7 +73,7 @@ def library(
 
 
 def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Write files into a folder, each atomically; SceneError on failure."""
+    """Write files into a folder, each atomically. Raises SceneError on failure."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, content in files.items():

@@ -107,7 +107,7 @@ def events_kept(watched: int) -> int:
 
 
 def _code(programs: list[list[str]]) -> str:
-    """The C array with the stack code of all expressions; SceneError when an expression needs too large a stack."""
+    """The C array with the stack code of all expressions. Raises SceneError when an expression needs too large a stack."""
     most = max((depth(p) for p in programs), default=1)
     if most > STACK:
         what = f"an expression needs a stack of {most} values, more than {STACK}"

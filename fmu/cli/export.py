@@ -28,7 +28,8 @@ WebFolder = Annotated[str | None, folder_option("NAME_web")]
 def read_export(
     ctx: typer.Context, scene: str | None, save: str | None, kind: str, changes: Sequence[str], step: str | None
 ) -> tuple[SceneData, dict[str, Any], Path]:
-    """The scene, the arguments ``overrides`` and ``step`` (s) of the export, and the folder. SceneError with all mistakes."""
+    """The scene, the arguments ``overrides`` and ``step`` (s) of the export, and the folder. Raises SceneError with all
+    mistakes."""
     reader = ArgumentReader()
     values = reader.assignments(changes)
     length = reader.time(step, "--step", zero=True)

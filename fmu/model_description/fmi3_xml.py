@@ -162,8 +162,8 @@ def _exchanged(parent: Element, made: ExportedModel) -> None:
 
 def _structure(root: Element, made: ExportedModel) -> None:
     """Write ModelStructure: the outputs with their dependencies during the run and at the start, derivatives, event indicators.
-    Derivatives depend on all inputs and states. The element lists all of them, because some importers read only lists. Time is not
-    listed, as in the other elements."""
+    Derivatives depend on all inputs and states. The element lists all inputs and states, because some importers require a complete
+    list. As in the other elements, time is not listed."""
     structure = SubElement(root, "ModelStructure")
     place = {f.reference + i + 1: f.reference for f in made.fmi3_variables for i in range(len(f.parts))}
     outputs = [f for f in made.fmi3_variables if f.first.causality == "output"]

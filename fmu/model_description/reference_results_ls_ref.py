@@ -83,7 +83,8 @@ def _allowed(made: ExportedModel, reference: Result, rows: int) -> dict[str, flo
 
 
 def _half_turned(made: ExportedModel, reference: Result, rows: int, allowed: Mapping[str, float]) -> set[str]:
-    """Components of quaternions, and angles modulo 2π, that are a half turn in one of these rows, within the allowed difference."""
+    """Angles modulo 2π, and components of quaternions, that may change sign: in one of these rows, the rotation is within the
+    allowed difference of a half turn."""
     k, names = kinds(reference.columns, made.model.built.numbers), [c.name for c in reference.columns]
     angles = [names[i] for i in np.flatnonzero(k.wraps) if names[i] in allowed]
     out = {n for n in angles if np.pi - np.abs(reference[n][:rows]).max() <= allowed[n]}

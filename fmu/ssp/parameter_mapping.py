@@ -38,7 +38,7 @@ class MappedSystem:
 
 def with_mapped_values(system: System) -> MappedSystem:
     """The system with the values of its parameters as settings of its components. A parameter without a mapping sets the variable
-    of the same name, COMPONENT.VARIABLE. SceneError for files that cannot be read."""
+    of the same name, COMPONENT.VARIABLE. Raises SceneError for files that cannot be read."""
     mistakes: list[Finding] = []
     parameters = _read_or(system.parameters, read_values, {}, ("parameters",), mistakes)
     links = _read_or(system.mappings, read_links, [], ("mappings",), mistakes)
@@ -85,8 +85,8 @@ def _files(system: System, parameters: Mapping[str, Any], links: Sequence[Link])
 
 
 def read_values(file: Path) -> dict[str, Any]:
-    """The values in an SSV file, by name. A number with a unit becomes a quantity. ValueError for a file that does not follow the
-    schema, UnitError for an unknown unit."""
+    """The values in an SSV file, by name. A number with a unit becomes a quantity. Raises ValueError for a file that does not
+    follow the schema, and UnitError for an unknown unit."""
     root = _read(file, "SystemStructureParameterValues.xsd")
     bases = {u.get("name"): dict(u.find(f"{SSC_SPACE}BaseUnit").attrib) for u in root.iter(f"{SSC_SPACE}Unit")}
     return {p.get("name"): _value(p[0], bases) for p in root.iter(f"{SSV_SPACE}Parameter")}
@@ -111,7 +111,7 @@ def _value(given: Any, bases: Mapping[str, Mapping[str, str]]) -> Any:
 
 
 def read_links(file: Path) -> list[Link]:
-    """The entries of an SSM file. ValueError for a file that does not follow the schema or has other transformations."""
+    """The entries of an SSM file. Raises ValueError for a file that does not follow the schema or has other transformations."""
     out = []
     for entry in _read(file, "SystemStructureParameterMapping.xsd"):
         source, (name, _, variable) = entry.get("source"), str(entry.get("target")).partition(".")

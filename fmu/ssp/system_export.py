@@ -70,8 +70,8 @@ class ExportedSystem:
 
 
 def export_system(file: str | Path, target: str | Path, platform: Sequence[str] | str = "host") -> ExportedSystem:
-    """Write the system of a YAML file as an SSP file. platform: platforms for which scenes are exported as FMUs. SceneError with
-    all problems."""
+    """Write the system of a YAML file as an SSP file. platform: platforms for which scenes are exported as FMUs. Raises SceneError
+    with all problems."""
     wrong = destination_problems(str(target), (".ssp",), "-o")
     if not Path(file).is_file():
         wrong = [Problem("SYSTEM", f"there is no file {file}", "components: and connections: in a YAML file"), *wrong]
@@ -94,8 +94,8 @@ def export_system(file: str | Path, target: str | Path, platform: Sequence[str] 
 
 
 def _parts(system: System, platform: Sequence[str] | str) -> tuple[dict[str, FmuComponent], Sources, list[Connection]]:
-    """The components by name, the inputs that they compute as sums, and the connections, which end at the sources of these sums.
-    SceneError with the problems of all components."""
+    """The components by name, the inputs that components compute as sums, and the connections. Connections to such an input end at
+    a source of its sum. Raises SceneError with the problems of all components."""
     problems: list[Problem] = []
     given = dict(_each(system, problems, lambda name, c: _existing(system, c) if c.fmu else _scene(system, c)))
     fmus = {n: p for n, p in given.items() if isinstance(p, FmuComponent)}
@@ -241,7 +241,7 @@ def _values(system: System, parts: dict[str, FmuComponent], sums: Sources, wrong
 
 
 def _given(name: str, port: Port, base: BaseUnits, setting: Setting) -> ParameterValue:
-    """A value with the type and unit of its variable. base: base unit of the variable's unit. UnitError for a wrong unit."""
+    """A value with the type and unit of its variable. base: base unit of the variable's unit. Raises UnitError for a wrong unit."""
     value = setting.value
     if port.type in ("String", "Boolean"):
         return ParameterValue(name, port.type, str(value).lower() if port.type == "Boolean" else str(value))

@@ -196,7 +196,7 @@ class _Reader:
 
 
 def load_system(file: Path) -> System:
-    """Read the system in a file; SceneError with all problems."""
+    """Read the system in a file. Raises SceneError with all problems."""
     doc = read(file.read_bytes())
     reader = _Reader(doc)
     data = reader.group(doc.data, (), KEYS)

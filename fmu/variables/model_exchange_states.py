@@ -44,7 +44,7 @@ def does(kind: str, bit: str) -> bool:
 
 
 def exchanged(model: Model) -> ModelExchangeVariables:
-    """The variables of model exchange. SceneError with all reasons when the scene does not allow model exchange."""
+    """The variables of model exchange. Raises SceneError with all reasons when the scene does not allow model exchange."""
     wrong = refusals(model)
     raise_problems(wrong)
     n = model.built.numbers

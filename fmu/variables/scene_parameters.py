@@ -58,7 +58,7 @@ def arranged(scene: Scene, listed: Sequence[Variable]) -> FmuVariables:
 
 
 def begun(all_: FmuVariables, starts: Mapping[str, float]) -> FmuVariables:
-    """The variables with these start values of parameters, by name. SceneError for values that are not allowed."""
+    """The variables with these start values of parameters, by name. Raises SceneError for values that are not allowed."""
     given = {v.name: starts[v.name] for v in all_.listed if v.causality == "parameter" and v.name in starts}
     bounds = {v.name: v.bound for v in all_.listed}
     wrong = [Problem(n, bounds[n].refusal(n.rpartition(".")[2], x)) for n, x in given.items() if not bounds[n].holds(x)]

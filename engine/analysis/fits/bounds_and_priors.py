@@ -96,8 +96,8 @@ def read_bounds_and_priors(
 
 
 def _comparisons(path: str, values: Mapping[str, float]) -> list[tuple[str, bool]]:
-    """For each number of the same owner that must be in order with this number: (path of the other number, whether this number is
-    the upper one)."""
+    """Numbers of the same owner that must be above or below the number at ``path``: (path of the other number, whether the number
+    at ``path`` is the upper one)."""
     parsed = parse_path(path) or ()
     out = []
     for other in values:

@@ -37,7 +37,7 @@ class UnidentifiableGroup:
         names: names of the parameters (p).
         determined: (exponents (p), relative standard deviation) of each combination that the data determine.
         product: whether combinations are products of powers. Otherwise they are sums, and ``determined`` holds coefficients.
-        exact: True if the data cannot distinguish the parameters at any noise; False if the data could with less noise.
+        exact: True if the data cannot distinguish the parameters at any noise; False if less noise would allow the distinction.
         confirmed: whether the profiles of all its parameters are flat.
     """
 

@@ -187,7 +187,7 @@ def _crossing(
     (3) are in m.
 
     None if the pin does not cross. time (n): s; driven (n × 3): acceleration of the pin, m/s²; c: clearance, m; begin: time, s, at
-    which the pin still rests on its side. From there, the pin's motion along the bearing is critically damped.
+    which the pin still rests on its side. From this time on, the pin's motion along the bearing is critically damped.
     """
     solve_ivp = brought("scipy.integrate", "analysis", USE).solve_ivp
     make_interp_spline = brought("scipy.interpolate", "analysis", USE).make_interp_spline

@@ -38,8 +38,8 @@ def kind_of(still: MechanismAtRest) -> tuple[str, bool]:
 
 def other_rests(still: MechanismAtRest) -> Iterator[tuple[np.ndarray, str]]:
     """(coordinates (nq), kind) of further isolated poses of rest, at most MOST. Newton's method starts from the pose of ``still``,
-    and from each pose found, with one coordinate moved. Two kinds of mechanisms give no poses: those with ball joints, whose poses
-    of rest are rarely isolated, and those with contacts that begin and end. ``still`` keeps its pose."""
+    and from each pose found, with one coordinate moved. The function finds no poses for mechanisms with contacts that begin and
+    end, or with ball joints. (With ball joints, poses of rest are rarely isolated.) ``still`` keeps its pose."""
     system = still.system
     if system.unilateral or any(j.kind.quaternion >= 0 for j in system.tree) or not kind_of(still)[1]:
         return

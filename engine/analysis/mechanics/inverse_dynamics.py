@@ -211,7 +211,7 @@ def _rows(model: Model, t: np.ndarray, curves: Mapping[Freedom, np.ndarray]) -> 
 
 
 def _notes_at_rest(scene: sm.Scene, curves: Mapping[Freedom, np.ndarray]) -> list[str]:
-    """A note if a prescribed joint with friction at rest, or the whole mechanism, is at rest at some instants."""
+    """A note if, at some instants, the whole mechanism rests, or a prescribed joint rests whose law has friction at rest."""
     rubbing = {n for n, j in scene.joints.items() if j.friction is not None and LAWS[scene.law_of(j.friction)].sets}
     rates = {name: np.array([c[1] for (n, _), c in curves.items() if n == name]) for name, _ in curves}
     still = [~rates[n].any(axis=0) for n in rates.keys() & rubbing]

@@ -20,9 +20,8 @@ def read_motion(file: str, scene: Scene, only: Sequence[str] = ()) -> tuple[np.n
     """Read a motion from a result table, or from a CSV file with column names. Returns the times (n), s, and the coordinates,
     rates and accelerations (n) by column name.
 
-    only: joints to read; default: all joints with columns of freedoms that can be prescribed. In a loop, one joint is left out, and
-    follows. Raises SceneError for an unusable file.
-    """
+    only: joints to read; default: all joints with columns of freedoms that can be prescribed. In a loop, one joint is left out; its
+    motion follows from the loop. Raises SceneError for an unusable file. """
     names, values = read_user_table(file, "--motion")
     if "time" not in names:
         raise SceneError([Problem("--motion", f"{file!r} has no column time", f"it has {', '.join(names[:6])}")])

@@ -56,8 +56,8 @@ class ImpactTangents:
     """Derivatives across the impact at the end of a step. S: derivatives of states and integrals before the impact ((ny + nquad) ×
     m). dp: derivatives of the unit's parameters (np × m). rate: rate scale of the mechanism, 1/s.
 
-    approach: values and derivatives before the impact. made, compression: [impulses, their derivatives] (nz × (1 + m)) since the
-    start of the phase, and in the phase of compression."""
+    approach: values and derivatives before the impact. made: [impulses, their derivatives] (nz × (1 + m)) since the start of the
+    phase. compression: value of ``made`` at the end of the phase of compression."""
 
     def __init__(self, unit: SensitivityUnit, step: RecordedStep, S: np.ndarray, dp: np.ndarray, rate: float):
         self.unit, self.step, self.S, self.dp, self.h = unit, step, S, dp, SHORT / rate
@@ -100,7 +100,7 @@ class ImpactTangents:
         """Raise SimulationError where several contacts share an impact as dampers: the derivative of the ratio of their impulses is
         not computed."""
         if any((p.given == STOP).sum() > 1 for p in phases):
-            raise SimulationError("no derivative: in an impact of several contacts, a joint stops sliding or a contact leaves early")
+            raise SimulationError("no derivative: in an impact of several contacts, a joint stops or a contact leaves early")
 
     def _phases(self) -> Iterator[Phase]:
         u, log = self.unit, self.step.impact

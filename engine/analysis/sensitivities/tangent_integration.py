@@ -36,7 +36,7 @@ class Integrator(Protocol):
 
 
 class HostSolver:
-    """The function ``tr_tangents.host``. It finds solutions of least norm, which need not be unique.
+    """The function ``tr_tangents.host``. If the multipliers are not unique, the function finds those of least norm.
 
     Attributes:
         function: the function for C.

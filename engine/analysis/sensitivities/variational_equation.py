@@ -246,8 +246,8 @@ class SensitivityIntegrator:
         """(first joint, dg, ġ) of pairs that are released together; None if no multipliers bring each pair to its capacity.
 
         At rest, the equations leave the distribution of load among the pairs open. At release each pair is at its capacity, so this
-        distribution is unique. The vector r(z, t, p) holds the residuals, and each friction ratio minus one. r = 0 has one equation
-        more than there are unknowns z. So g = nᵀ r is an event function for any n with nᵀ ∂r/∂z = 0. Redundant rows add further
+        distribution is unique. The vector r(z, t, p) holds the residuals, and each friction ratio minus one. The system r = 0 has
+        one more equation than unknowns z. So g = nᵀ r is an event function for any n with nᵀ ∂r/∂z = 0. Redundant rows add further
         vectors n, along which r does not change. z: initial guess of the multipliers.
         """
         u = self.unit

@@ -1,5 +1,5 @@
-"""Elementary motions of a mechanism at rest. A motion is elementary if no other motion slides only some of its sliding pairs
-(theory, "Bounds at rest").
+"""Elementary motions of a mechanism at rest. A motion is elementary if no other motion exists in which only some of its sliding
+pairs slide (theory, "Bounds at rest").
 
 Every motion is a sum of elementary motions whose pairs slide in the same sense. If friction allows a motion to begin, it also
 allows one of these elementary motions to begin.
@@ -27,7 +27,8 @@ class Motion:
     Attributes:
         rates: rates of the tree's freedoms (nv × 1), scaled to a largest surface velocity of 1. A ball or shaft that may slide
             in k directions gives k columns (nv × k).
-        slides: surface velocity of every pair, zero for a pair at rest. With k columns, its entries are magnitudes only.
+        slides: surface velocity of every pair, zero for a pair at rest. With k columns, the entries of ``slides`` are magnitudes
+        only.
     """
 
     rates: np.ndarray

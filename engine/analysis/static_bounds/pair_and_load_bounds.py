@@ -246,8 +246,8 @@ def feasible(a: AdmissibleStates, program: Program) -> bool | None:
 
 
 def is_pushed(a: AdmissibleStates, m: Motion) -> bool:
-    """Whether any load may push the pairs of a motion. If not, there is only one state, in which the pairs carry no friction. The
-    motion then does not begin by itself, although the pairs could not resist the motion."""
+    """Whether any load may push the pairs of a motion. If no load pushes these pairs, there is only one state, and the friction of
+    these pairs is zero. The motion then does not begin by itself, although the pairs could not resist the motion."""
     if a.space.open:
         return True
     return any(float(np.abs(a.program.terms[a.sizes[i]][0]).max(initial=0.0)) > FEASIBLE for i in m.moving)

@@ -222,8 +222,8 @@ class _Trials:
         return self.results[i][self.wanted.of] - self.wanted.target if self.keys[i][0] < 2 else float("nan")
 
     def pair(self) -> tuple[int, int] | None:
-        """The best case, and the nearest case on the other side of the target. None if no case lies there, or if the best case
-        violates constraints or was in a pair before."""
+        """The best case, and the nearest case on the other side of the target. None if no case lies on that side, or if the best
+        case violates constraints or was in a pair before."""
         if self.best == self.paired or self.keys[self.best][0] > 0:
             return None
         self.paired, off = self.best, np.array([self.off_target(i) for i in range(len(self))])

@@ -173,7 +173,7 @@ def _run_request(
 
 
 def run_study(study: Study, plan: Plan, workers: int | None = None, progress: Progress | None = None) -> StudyResult:
-    """Run a study on threads. KeyboardInterrupt if Ctrl-C comes before the end of the first round."""
+    """Run a study on threads. Raises KeyboardInterrupt if Ctrl-C comes before the end of the first round."""
     import pyarrow as pa
 
     brought("pyarrow", "tables", "a table of cases")

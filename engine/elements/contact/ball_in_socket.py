@@ -119,7 +119,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     law = laws[0]
     if law.sets:
         return [_set_contact(w, rates, law, g, eta)]
-    if law.kinks:  # branch and direction at this instant, instead of frozen ones or those of Adams' friction
+    if law.kinks:  # the contact uses the branch and direction of this instant, not frozen ones
         law.frozen = list(rates)
         law.flag = ca.fabs(_speeds(w, rates, laws, g, False)[0]) >= law.kink
     fn, nfn = load_of(w, rates, law, g)
@@ -148,7 +148,7 @@ def _set_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], eta:
     normal = _spin_normal(w, rates, law)
     spin = -dot(normal, f)
     held, vector = _at_rest(w, eta, law, g)
-    inside = _cone(w, rates, [law], g, False)[0] < 0  # computed here, because Adams' friction never sets the flag
+    inside = _cone(w, rates, [law], g, False)[0] < 0  # computed here, because runs with Adams' friction never set the flag
     values = [
         ca.if_else(law.stuck, rest, ca.if_else(inside, turning, sliding))
         for sliding, turning, rest in zip((fn, *nfn), (spin, *(spin * x for x in normal)), (held, *vector), strict=True)

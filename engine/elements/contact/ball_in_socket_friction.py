@@ -131,7 +131,7 @@ def slope_of(f: list[SX], rates: list[SX], law: Law, g: Mapping[str, SX]) -> SX 
 
 
 def drag_of(rates: list[SX], omega: list[SX], law: Law, g: Mapping[str, SX]) -> SX | None:
-    """Viscous part of μ_e, divided by |ω|. The speed is the true one, even if a direction frozen at rest replaces ω
+    """Viscous part of μ_e, divided by |ω|. The speed is the true speed, even if a direction frozen at rest replaces ω
     (``Law.moving``)."""
     if law.drag is None:
         return None

@@ -164,8 +164,8 @@ class SinglePair:
         return w.pin * laws[0].ratios(self.velocity(rates, g)[0])[0]
 
     def held(self, w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-        """``ContactElement.held``. The capacity is μ_static · load(μ_static), because |k| = μ_static is the largest ratio at rest
-        (theory, "Rest")."""
+        """``Hold`` of the pair at rest. The capacity is μ_static · load(μ_static), because |k| = μ_static is the largest ratio at
+        rest (theory, "Rest")."""
         most = laws[0].static
         return [Hold(most * self.load(w, w.pin * most * signum(u[0]), g, adams), self.force(u[0], g))]
 

@@ -1,7 +1,7 @@
-"""Friction of a joint with its own gear, for example in robots: a constant part, and a part proportional to the torque or force
-that the joint transmits (theory, "Gear units"). The transmitted torque acts on the outboard part about the joint's axis. The
-transmitted torque is the torque of motor, efforts, springs, dampers and drive, minus friction and the torque that accelerates a
-rotor."""
+"""Friction of a joint with its own gear, for example in robots (theory, "Gear units"). The friction has a constant part, and a part
+proportional to the torque or force that the joint transmits. The transmitted torque acts on the outboard part about the joint's
+axis. The transmitted torque is the torque of motor, efforts, springs, dampers and drive, minus friction and the torque that
+accelerates a rotor."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ LENGTHS = tuple(
 
 
 def with_span(needs: tuple[str, ...], numbers: Sequence[str]) -> tuple[str, ...]:
-    """The needed components, and SPAN if the parts of the joint overlap."""
+    """The names ``needs`` of reaction components, with SPAN added if the parts of the joint overlap."""
     return (*needs, SPAN) if LENGTHS[0].name in numbers else needs
 
 

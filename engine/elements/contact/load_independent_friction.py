@@ -1,7 +1,7 @@
 """Friction independent of the load: a spring-loaded seal, a gearbox, a detent (theory, "Friction that is given").
 
-A freewheel has different values for the two senses of motion: the freewheel drags in one sense, and holds up to its capacity in the
-other sense. Each freedom has a friction pair. The friction of the pair is the given force or torque times the ratio of the pair's
+A freewheel has different values for the two senses of motion. In one sense the freewheel drags; in the other sense it holds up to
+its capacity. Each freedom has a friction pair. The friction of the pair is the given force or torque times the ratio of the pair's
 law (μ defaults to 1). There are no contacts, and no reactions are needed. The sliding speed of a rotation is its rate times 1 m, so
 that m/s in a law mean rad/s."""
 

@@ -64,7 +64,7 @@ class Wrapped:
         return ("m1",) if self.pulls and TENSION.name in numbers else ()
 
     def velocity(self, rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
-        """``ContactElement.velocity``."""
+        """Sliding velocity of the pair (``ContactElement.velocity``)."""
         return [[self.arm(g) * rates[0]]]
 
     def friction(self, w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
@@ -79,7 +79,7 @@ class Wrapped:
         return [Hold(ca.fabs(most), ca.fabs(u[0]) / self.arm(g))]
 
     def tensions(self, eta: Any, g: Numbers) -> list[Any]:
-        """``ContactElement.tensions``."""
+        """Tensions at both ends of the band (``ContactElement.tensions``)."""
         more = ca.copysign(1.0, g[WRAP.name]) * eta / self.arm(g)
         if PRETENSION.name in g:
             return [g[PRETENSION.name] - 0.5 * more, g[PRETENSION.name] + 0.5 * more]

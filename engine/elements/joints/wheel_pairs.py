@@ -64,8 +64,8 @@ FRICTION_BELT = JointKind(
 class Sizes:
     """Sizes of a pair. ``module`` is pitch diameter / number of teeth, m. ``teeth`` contains the numbers of teeth of the inboard
     and the outboard wheel. For internal teeth and for an uncrossed belt, the number of the larger wheel is negative. For a worm,
-    ``module`` is the axial module, the first number of teeth is the number of threads (negative: left-handed), and ``lead`` is the
-    lead angle, rad."""
+    ``module`` is the axial module, and ``lead`` is the lead angle, rad. The first number of teeth is then the number of threads
+    (negative: left-handed)."""
 
     module: Scalar
     teeth: tuple[Scalar, Scalar]

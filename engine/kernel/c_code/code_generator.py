@@ -146,7 +146,7 @@ class _Emitter:
 
     def _places(self) -> set[int]:
         """Put every operation into the latest stage of its operands, split stages into pieces, and count uses. Returns the values
-        that other places than their ``home`` read."""
+        that are read at places other than their ``home``."""
         stage, home, uses, outside = self.stage, self.home, self.uses, set()
         places: list[Place] = [(k, 0) for k in range(len(self.stages))]
         for op, v, operands in self.code.operations:

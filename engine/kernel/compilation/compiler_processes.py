@@ -86,8 +86,8 @@ def run(command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
 
 
 def awaited(work: Future[Any]) -> Any:
-    """The result of work on another thread. While this thread waits, it checks for interrupts. (A signal ends a plain wait only on
-    some systems, and only the main thread receives signals.)"""
+    """The result of work on another thread. The calling thread checks for interrupts while it waits. (A signal ends a plain wait
+    only on some systems, and only the main thread receives signals.)"""
     from concurrent.futures import wait
 
     while not wait([work], LOOKS).done:

@@ -110,8 +110,8 @@ def entry(name: str, make: Callable[[Path], None]) -> tuple[Path, bool]:
 
 
 def _prune_now_and_then(home: Path) -> None:
-    """Prune the cache at most once per ``RECENT_SECONDS`` in this process. Younger entries would not be pruned. Reading thousands
-    of entries takes longer than a small build."""
+    """Prune the cache at most once per ``RECENT_SECONDS`` in this process. Entries younger than this time are never pruned. Reading
+    thousands of entries takes longer than a small build."""
     now = time.monotonic()
     if now - _pruned.get(home, -RECENT_SECONDS) >= RECENT_SECONDS:
         _pruned[home] = now

@@ -14,8 +14,8 @@ static void at_piece(const double *piece, double u, double *at) {
   }
 }
 
-/* Find the foot by Newton's method. The search starts at the foot on the chord of a piece: of all pieces, at the foot that is
- * nearest to the point. */
+/* Find the foot by Newton's method. The point is first projected on the chord of every piece; the search starts at the nearest of
+ * these feet. */
 void tr_op_curve_foot(double *const *a, const int *how) {
   enum { ROW = 11, ROUNDS = 50 };
   const double *p = a[0], around = a[1][0], *rows = a[1] + 1, *of = rows;

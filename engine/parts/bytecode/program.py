@@ -192,8 +192,8 @@ def _joined(a: list[int], b: list[int]) -> list[int]:
 
 
 def _in_rows(a: list[int], b: list[int]) -> list[int]:
-    """One call that does the work of a call and of the next call, an ``ADD_DOT`` or ``ADD_COLUMNS`` of one column. The result is
-    empty if the rows or columns of the two calls are not equidistant. The joined call adds in the same order."""
+    """One call that does the work of two successive calls. The second call is an ``ADD_DOT`` or ``ADD_COLUMNS`` of one column. The
+    result is empty if the rows or columns of the two calls are not equidistant. The joined call adds in the same order."""
     dot = b[0] == Builtin.ADD_DOT
     several = int(Builtin.ADD_ROW_DOTS if dot else Builtin.ADD_STRIDED_COLUMNS)
     if not a or a[0] not in (b[0], several) or b[0] not in (Builtin.ADD_DOT, Builtin.ADD_COLUMNS) or b[-1] != 1:

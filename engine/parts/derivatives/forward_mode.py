@@ -234,8 +234,8 @@ class Directions:
 
     def linear(self, function: int, operands: Sequence[tuple[Slot, bool]], ins: Iterable[Slot], outs: Iterable[Slot],
                added: Iterable[Slot] = (), numbers: Sequence[int] = ()) -> None:  # fmt: skip
-        """Append a call of a function that is linear in its tangents to the program of tangents. operands: slots, each with a flag,
-        which is True for tangents. The program of values gets no call."""
+        """Append a call to the program of tangents. The called function is linear in its tangents. operands: slots, each with a
+        flag, which is True for tangents. The program of values gets no call."""
         outs, added = [b for b in outs if b.size], [b for b in added if b.size]
         ins = [b for b in ins if b.size and b in self.active]
         spots = [(b if not v or b in self.active or b in [*outs, *added] else None, v) for b, v in operands]

@@ -37,8 +37,8 @@ from trunnion.system.structure.friction_joint_indices import everything
 Recipe = tuple[Any, ...]
 """Module, function and arguments of a primitive (``primitive_cache.primitive``)."""
 MANY = 3
-"""Of a joint's freedoms, the catalogue allows as prescribed: any subset if there are fewer than this number; none, one or all if
-there are this many; none or all if there are more."""
+"""Number of a joint's freedoms. With fewer freedoms, the catalogue allows any subset as prescribed. With this number of freedoms,
+the catalogue allows none, one or all; with more, none or all."""
 COMPARED = {name for law in LAWS.values() if law.exact for name in (law.name, law.exact)}
 """Laws that the catalogue combines with Adams' approximation: each law that smooths another law, and the smoothed law."""
 SIDES = (False, True)
@@ -74,8 +74,8 @@ FORCES = {"device", "load", "spring", "bushing", "latch", "along_freedom", "betw
 
 
 def _smooth(name: str, which: Sequence[Any]) -> bool:
-    """Whether the catalogue contains tangents of a primitive. Contact columns have tangents only with the usual laws: the tangents
-    of contact columns have as much code as all other primitives together, and users seldom linearise these columns."""
+    """Whether the catalogue contains tangents of a primitive. Contact columns have tangents only with the usual laws. (The tangents
+    of contact columns have as much code as all other primitives together, and users seldom linearise contact columns.)"""
     if name == "column":
         friction = next((x.joint.friction for x in which[1] if isinstance(x, FrictionKey)), None)
         return not friction or (friction.law in COMPARED and not friction.adams)

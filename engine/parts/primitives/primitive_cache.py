@@ -156,7 +156,7 @@ def _cached(key: str) -> Primitive | None:
     if not (folder / "complete").exists():
         return None
     with suppress(OSError):
-        os.utime(folder)  # pruning removes the least recently used entries
+        os.utime(folder)  # marks the entry as recently used, so that pruning keeps it
     return _from_facts(facts, key, _library_in(folder))
 
 

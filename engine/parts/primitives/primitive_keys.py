@@ -110,8 +110,8 @@ class FrictionKey:
 
 
 def library_name(recipe: tuple[Any, ...]) -> str:
-    """Name of the installed library with the primitive of a recipe: the first joint type that the recipe names, or "all", because a
-    scene loads the primitives of its joint types only."""
+    """Name of the installed library with the primitive of a recipe: the first joint type that the recipe names, or "all". There is
+    a library for each joint type, because a scene loads the primitives of its joint types only."""
     return next(_joint_types(recipe), "all")
 
 

@@ -1,5 +1,5 @@
-"""Slots of joints that couple parts carried by other joints: the active piece of a cam's profile, the foot on a curve, and a
-freedom that follows another freedom."""
+"""Slots of joints that couple parts carried by other joints: active piece of a cam's profile, foot on a curve, freedom that follows
+another freedom."""
 
 from __future__ import annotations
 

@@ -152,8 +152,9 @@ def _curve_positions(s: ScenePasses, program: Program, moving: list[BodySlots], 
 
 
 def _depths(s: ScenePasses, program: Program, d: Device, q: Slot, rate: Slot) -> None:
-    """Write the depths by which stops and a latch are compressed. Write further values after all depths: for each stop the factor
-    of its elastic force (0 at release), for a hook the excess of its signal over the release value."""
+    """Write the depths by which stops and a latch are compressed. After all depths, write one more value for each stop and hook.
+    For a stop, this is the factor of its elastic force (0 at release). For a hook, this is the excess of its signal over the
+    release value."""
     for upper, bound in enumerate((d.stop.lower, d.stop.upper) if d.stop else ()):
         if bound is not None and d.stop:
             out = Slot(Space.OUT, d.stop.flags[upper], 1)

@@ -12,8 +12,8 @@ WORD = re.compile(r"[A-Za-z_]\w*")
 
 
 def entry_points(header: str, declared: str, host: str = "", inside: str = "") -> str:
-    """The C text. header: name of the header with the types and functions. declared: text with the prototypes or types of the
-    functions. host, inside: prefixes of the functions that hosts call, and of those that do the work."""
+    """C text of the entry points. header: name of the header with the types and functions. declared: text with the prototypes or
+    types of the functions. host: prefix of the functions that hosts call. inside: prefix of the functions that do the work."""
     made = [_function(result, name, taken, host, inside) for result, name, taken in FUNCTION.findall(declared)]
     return "\n".join([f'#include "{header}"\n#include "base/floating_point_environment.h"\n', *made])
 

@@ -1,5 +1,5 @@
-/* Functions that access parts of a block: pairs and their modes, signals, end stops, multipliers, units. Two functions cancel a
- * run. */
+/* Functions that access parts of a simulation's block: pairs and their modes, signals, end stops, multipliers, units. Two functions
+ * cancel a run. */
 #ifndef TR_ACCESSORS_H
 #define TR_ACCESSORS_H
 #include <math.h>
@@ -10,7 +10,7 @@
 #include "base/vectors.h"
 #include "tr_tables.h"
 
-/* Number of stages of a step whose reserves are recorded: all of them, and its end. */
+/* Number of states of a step at which reserves are recorded: all stages, and the end of the step. */
 enum { TR_RECORDS = TR_STAGES + 1 };
 
 /* Kinds of equation that determine a multiplier. LAW: the friction law. REST: zero acceleration of a held pair. FREE: friction
@@ -18,8 +18,8 @@ enum { TR_RECORDS = TR_STAGES + 1 };
  * determine the load). STORED: a stored load. FULL: the capacity of a held pair that yields. */
 enum { TR_ROW_LAW, TR_ROW_REST, TR_ROW_FREE, TR_ROW_SHARE, TR_ROW_STORED, TR_ROW_FULL };
 
-/* Source of the loads that a group at rest stores. NONE: the group stores no loads and shares by the rule. CREEP: a creep
- * minimisation. PLACED: the present multipliers. */
+/* Source of the loads that a group at rest stores. NONE: the group stores no loads, and shares its load by the sharing rule. CREEP:
+ * a creep minimisation. PLACED: the present multipliers. */
 enum { TR_STORES_NONE, TR_STORES_CREEP, TR_STORES_PLACED };
 
 /* Leader of a group: the share of each other multiplier refers to the leader's share. Fields: index of the leader's multiplier, its
@@ -95,8 +95,8 @@ static inline int tr_is_hook(const tr_sim *s, int stop) { return stop >= s->k->n
 static inline int tr_is_pressed(const tr_sim *s, int stop) { return (int)*tr_stop_flag(s, stop) >= TR_STOP_PRESSED; }
 
 /* Depth of each stop at y, m or rad; for hooks, see ``recursion/latch_forces.py``. `pushes` (null pointer: not requested) receives,
- * for an end stop, the factor of the elastic force, which is 0 at release. For a hook, it receives the excess of the hook's signal
- * over the release value. */
+ * for an end stop, the factor of the elastic force, which is 0 at release. For a hook, `pushes` receives the excess of the hook's
+ * signal over the release value. */
 static inline void tr_stop_depths_and_pushes(const tr_sim *s, const double *y, double *depth, double *pushes) {
   const int n = s->k->nstops;
   double both[2 * n + s->k->npositions + 1];

@@ -81,7 +81,7 @@ static void tr_form_maps(tr_sim *s);
 
 /* Change of rates dv (nv) by impulses δλ (dlam) and δη (deta, or a null pointer) at the current state y. `response`: for each
  * friction, the acceleration that a unit of this friction causes in its own freedom. `again`: whether the previous call was at the
- * same state. The ẏ without impulses that this call stored is then reused. */
+ * same state. If so, the ẏ without impulses that the previous call stored is reused. */
 static void tr_rates_by_impulses(tr_sim *s, const double *y, const double *dlam, const double *deta, const double *response, int again, double *dv);
 
 /* Store y and the time of the signals as the current state. Requires a kernel with recursion. */
@@ -94,8 +94,8 @@ static int tr_is_current_state(const tr_sim *s, double t, const double *y);
  * maps on demand. Requires the signals. */
 static void tr_begin_recursion(tr_sim *s, const double *y, double *dy);
 
-/* Make y the current state and evaluate its maps. With recursive friction, later functions form maps on demand. Evaluates ẏ only
- * for a mechanism without multipliers. Requires the signals. */
+/* Make y the current state and evaluate its maps. With recursive friction, later functions form maps on demand. ẏ is evaluated only
+ * if the mechanism has no multipliers. Requires the signals. */
 static void tr_evaluate_maps(tr_sim *s, const double *y);
 
 /* Evaluate the block's signals at time t. */

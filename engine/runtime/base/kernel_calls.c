@@ -1,7 +1,7 @@
 /* Calls of a kernel's two stages: stage 1 forms the maps, stage 2 evaluates ẏ. */
 #include "base/base.h"
 
-#define NO_IMPULSE 1e-250 /* N s, N m s: a smaller impulse has no effect; its inverse is still finite */
+#define NO_IMPULSE 1e-250 /* N s, N m s: a smaller impulse is neglected; the inverse of this limit is finite */
 
 static void tr_form_maps(tr_sim *s) {
   TR_NEED(s, TR_HAS_MAPS);

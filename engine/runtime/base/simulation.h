@@ -92,10 +92,10 @@ typedef struct tr_trial {
   double most;      /* largest growth factor of the next step; 1 after a refused or repeated step */
 } tr_trial;
 
-/* Phases of a step (``stepping/trial_step.c``). A case of SIMD lanes waits before STAGES and before END. */
-/* Parts of an impact that a record holds. */
+/* Largest number of parts of an impact that a record holds. */
 enum { TR_IMPACT_PARTS = 6 };
 
+/* Phases of a step (``stepping/trial_step.c``). A case of SIMD lanes waits before STAGES and before END. */
 enum { TR_PHASE_BEGIN, TR_PHASE_STAGES, TR_PHASE_END };
 
 /* Kinds of accepted step. An accepted step waits until its rows are written; then tr_complete_step completes it. */
@@ -238,7 +238,7 @@ typedef struct tr_places {
   int dy_unforced;  /* ẏ without impulses, at the state to which impulses were last applied */
   int z, zold;      /* present multipliers; multipliers at the start of the step, for use after a refused trial */
   int zstart, zend; /* multipliers at the start and at the end of the last trial step (tr_interpolate_multipliers) */
-  int zbeyond;      /* multipliers at the end of the last trial step, with the modes before an event inside the step */
+  int zbeyond;      /* multipliers at the end of the last trial step, computed in the modes before the step's event */
   int scale;        /* unit of the error tolerance of each state */
   int d, S, perm;   /* loop equations: row scales, dense factor of S, pivot order; the pivots of `lu` follow in perm */
   int sparse, whole_S; /* sparse factor of S: inverse pivots, then the entries below them; S with its structural zeros */

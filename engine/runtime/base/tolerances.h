@@ -14,17 +14,17 @@
 #define NO_PIVOT 1e-300    /* smallest pivot or determinant that may be a divisor */
 
 /* Times. */
-#define JUST_AFTER 1e-12        /* s: at a start, signals with kinks are evaluated later by this time */
+#define JUST_AFTER 1e-12        /* s: at the start of a run, signals with kinks are evaluated at a time later by this */
 #define BREAK_REACHED 1e-10     /* relative to max(time, 1 s): a break closer than this counts as reached */
 #define TIME_ROUND_OFF 8e-16    /* relative to the time: a smaller step would be lost in round-off */
-/* relative to the duration of the run: if the last row is earlier by more, a row at the end is added */
+/* relative to the duration of the run: if the last row precedes the end by more, a row at the end is added */
 #define LAST_ROW 1e-9
 #define STEP_START 1e-3         /* fraction of a step: an earlier event counts as an event at the step's start */
 #define STEP_END 0.999999       /* fraction of a step: a later event counts as an event at the step's end */
 
 /* Step sizes. */
 #define GROW_MOST 6.0   /* largest ratio of successive steps */
-#define NEAR_LIMIT 0.4 /* relative to h |λ| at the stability limit: at this limit, estimates of h |λ| are larger */
+#define NEAR_LIMIT 0.4 /* relative to h |λ| at the stability limit: stability limits a step whose estimate of h |λ| is larger */
 #define SHRINK_MOST 0.2 /* smallest factor on a step; also the factor after a step that could not be evaluated */
 
 /* Rank of loops and of rest conditions. */
@@ -99,8 +99,8 @@
 /* norm of a direction frozen in the first step: so large that adding a velocity to the direction changes the direction only by
  * round-off */
 #define TR_FROZEN 1e126
-#define STILL_FROZEN 1e-6 /* relative to TR_FROZEN: smallest norm of a frozen direction, for every unit vector and all levers */
-#define ON_LINE 1e144     /* norm that marks motion along a line: above TR_LINE for every unit vector and all levers */
+#define STILL_FROZEN 1e-6 /* relative to TR_FROZEN: every frozen direction has a larger norm, whatever the levers */
+#define ON_LINE 1e144     /* norm that marks motion along a line: above TR_LINE, whatever the levers */
 #define LINE_WIDTH 1e-9   /* relative to the speed: smaller components perpendicular to the line are round-off */
 /* relative to the speed: with a larger component perpendicular to the line, the pair has left the line */
 #define LINE_LEFT POWER_GIVEN

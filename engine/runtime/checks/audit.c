@@ -31,8 +31,8 @@ static inline void tr_audit_record(tr_audit *a, int law, double size, int pair) 
   if (size > a->size[law]) a->size[law] = size, a->pair[law] = pair;
 }
 
-/* Acceleration of freedom i from all multipliers, divided by the sum of its absolute terms. it: the solution recomputed without
- * maps; null pointer: raw maps give the acceleration. */
+/* Acceleration of freedom i from all multipliers, divided by the sum of its absolute terms. `it`: the solution recomputed without
+ * maps; if `it` is a null pointer, raw maps give the acceleration. */
 static double tr_audit_relative_acceleration(tr_sim *s, int i, const tr_recomputed *it) {
   double size, sum = it ? it->acc[i] : tr_acceleration_and_terms(s, i, &size);
   if (it) size = it->acc_size[i];
@@ -77,7 +77,7 @@ static void tr_audit_friction(tr_sim *s, int checked) {
     a->power = fmax(a->power, fabs(power));
     if (power > 0.0 && !held && !tr_pair_of(s, i)->stores)
       tr_audit_record(a, TR_LAW_DRIVES, power / (a->power + s->set.rtol * s->set.energy * s->set.rate), i);
-    if (!held) continue; /* sliding pairs are judged by TR_LAW_FRICTION */
+    if (!held) continue; /* TR_LAW_FRICTION judges sliding pairs */
     if (tr_hold_of(s, i)->size > FAINT_LOAD * load) tr_audit_record(a, TR_LAW_CONE, tr_friction_ratio(s, i) - 1.0, i);
     tr_audit_rest(s, i, it);
   }

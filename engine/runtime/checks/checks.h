@@ -13,7 +13,7 @@ static inline double tr_acceleration_tolerance(const tr_sim *s) {
   return s->moreau.h > 0.0 ? fmax(TOL_RESOLVE, NO_SPEED / (s->moreau.h * s->set.rate)) : TOL_RESOLVE;
 }
 
-/* Largest speed of a held pair after loop closure that counts as rest, m/s. */
+/* Largest speed, m/s, at which a held pair counts as at rest after loop closure. */
 static inline double tr_closure_speed(const tr_sim *s);
 
 /* Returns bits TR_BREAKS_… of the laws that the solution at the state y violates. rest (n): pairs of the present decision; null
@@ -21,8 +21,8 @@ static inline double tr_closure_speed(const tr_sim *s);
  * z. */
 static int tr_check_solution(tr_sim *s, const double *y, const int *rest, int n);
 
-/* Call tr_check_solution at the end of a step, without maps if the solution is recursive. *sure receives whether maps were used. If
- * not, tr_confirm_end must confirm a violation, unless an event inside the step explains the violation. */
+/* Call tr_check_solution at the end of a step, without maps if the solution is recursive. *sure receives whether maps were used.
+ * Without maps, tr_confirm_end must confirm each violation that no event inside the step explains. */
 static int tr_suspect_end(tr_sim *s, const double *y, int *sure);
 
 /* Evaluate the end (t, y) of a step again, with maps, and return tr_check_solution. Required if other states were evaluated after

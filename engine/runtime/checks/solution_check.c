@@ -148,10 +148,10 @@ static int tr_check_dissipation(const tr_sim *s, int i, const tr_recomputed *it,
   const double *eta = TR_A(s, z) + s->k->active + pair->eta0, *lever = TR_A(s, lever) + pair->eta0;
   const double *v0 = starts ? it->acc + pair->eta0 : map_rates(s->k, TR_A(s, maps)) + pair->rate0;
   const tr_element *el = s->k->element + pair->element;
-  double friction = 0.0, load = 0.0; /* load: a second scale, because with μ = 0 friction is round-off of the load */
+  double friction = 0.0, load = 0.0; /* load: a second scale for friction, which is round-off of the load if μ = 0 */
   double power = 0.0, size = 0.0, fast = 0.0, cancel = 0.0, slow = pair->nrates == 1 ? tr_rest_speed(tr_speed_unit(s)) : tr_crawl_speed(tr_speed_unit(s));
   for (int j = 0; j < pair->nrates; ++j) power += eta[j] * v0[j];
-  if (power >= 0.0) return 0; /* the power does not depend on the levers */
+  if (power >= 0.0) return 0; /* the power needs no levers; the sums below do */
   power = 0.0;
   for (int j = 0; j < pair->nrates; ++j) {
     double v = v0[j] * lever[j], f = eta[j] / lever[j];
@@ -164,8 +164,8 @@ static int tr_check_dissipation(const tr_sim *s, int i, const tr_recomputed *it,
   return power >= -(starts ? START_BACKWARDS : POWER_GIVEN) * size ? 0 : starts ? TR_BREAKS_START : TR_BREAKS_POWER;
 }
 
-/* Check that a held pair does not move and does not exceed its capacity. In an impulse step, accelerations include the rates at the
- * step's end. Friction of round-off size may accelerate a light body; this is no violation. */
+/* Check that a held pair is at rest, and that its friction is within its capacity. In an impulse step, accelerations include the
+ * rates at the step's end. Friction of round-off size may accelerate a light body; this is no violation. */
 static int tr_check_held(const tr_sim *s, int i, const tr_recomputed *it, const tr_hold *hold) {
   const tr_pair *pair = tr_pair_of(s, i);
   int broken = 0;
@@ -197,8 +197,8 @@ static int tr_has_stuck_pair(const tr_sim *s) {
   return any;
 }
 
-/* Check the friction of every pair. rest (n): pairs of the present decision, which start from rest. null pointer: branches are
- * checked, too. */
+/* Check the friction of every pair. rest (n): pairs of the present decision, which start from rest. With a null pointer `rest`,
+ * branches are checked, too. */
 static int tr_check_pairs(tr_sim *s, tr_recomputed *it, const int *rest, int n) {
   const tr_kernel *k = s->k;
   tr_hold hold[k->nsliders + 1];

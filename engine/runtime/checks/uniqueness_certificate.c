@@ -6,9 +6,9 @@
  * joints. */
 #define KRYLOV 8
 #define INVARIANT 1e-10    /* relative to the image of a vector: a smaller part outside the subspace is round-off */
-/* relative to the norm of a power of a matrix: at a smaller distance from rank 1, the radius no longer changes */
+/* relative to the norm of a power of a matrix: at a smaller distance from rank 1, the spectral radius no longer changes */
 #define ONE_DIRECTION 1e-9
-/* number of squarings: the norm of the power 2^30 has a 2^30th root that equals the radius within 1e-8 */
+/* number of squarings: the 2^30th root of the norm of the 2^30th power equals the spectral radius within 1e-8 */
 #define SQUARINGS 30
 #define SAME_ROOT 1e-7     /* relative to the largest friction of a root: closer roots are equal */
 /* relative to the largest load: roots within this distance are equal; covers a root that is zero up to round-off */
@@ -95,7 +95,7 @@ static double tr_spectral_radius(int n, double *H) {
         square[i + KRYLOV * j] = sum;
         size = fmax(size, fabs(sum)), off = fmax(off, fabs(sum - unit * trace * (unit * H[i + KRYLOV * j])));
       }
-    if (off <= ONE_DIRECTION * size) return pow(2.0, exponent) * pow(fabs(trace), power); /* the only eigenvalue is the trace */
+    if (off <= ONE_DIRECTION * size) return pow(2.0, exponent) * pow(fabs(trace), power); /* the nonzero eigenvalue is the trace */
     exponent += shift * power;
     for (int j = 0; j < n; ++j) memcpy(H + KRYLOV * j, square + KRYLOV * j, sizeof(double) * n);
   }

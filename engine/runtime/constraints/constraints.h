@@ -58,7 +58,7 @@ static void tr_narrow_without_friction(tr_sim *s);
 /* Set the row scales d from the diagonal of S at an accurate state, assembled or projected, and determine the rank of S. A row
  * whose diagonal is round-off uses the largest diagonal of its kind (rotation or translation). If all rows of a kind are round-off,
  * their scale follows from the other kind and the length scale. (Example: rotations of a planar loop about axes other than the
- * world's.) nothing: whether all rows have no effect; then all scales are 1, and all pivots are round-off. */
+ * world's.) nothing: whether no row has any effect; all scales are then 1, and all pivots are round-off. */
 static void tr_find_rank(tr_sim *s, int nothing);
 
 /* Whether the row of contact c, which is open, depends on rows of closed contacts and loops. Requires the factor. */

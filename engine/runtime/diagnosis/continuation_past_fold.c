@@ -7,7 +7,7 @@
 #define FOLD_AGAIN 1e-5  /* in units of 1 / rate scale: a fold that follows the last one sooner counts as repeated */
 #define FOLDS_MOST 3     /* number of repeated folds after which the run ends */
 #define FOLD_SPEED 1e-4  /* relative to the fastest rate: largest change of a rate during the Euler step */
-#define FOLD_ENDS 1e-4   /* a new root whose contraction differs less from 1 ends within microseconds */
+#define FOLD_ENDS 1e-4   /* if the contraction of a new root differs from 1 by less, this root ends within microseconds */
 /* number of random starts of Newton's method; their scale is the friction under the loads without friction */
 #define FOLD_STARTS 48
 #define FOLD_BRANCHES 4  /* number of pairs whose branches are tried in all combinations */

@@ -2,7 +2,7 @@
  * pair. If no solution exists even then, the pair is inconsistent. */
 #include "diagnosis/diagnosis.h"
 
-/* relative to the largest squared component of the pairs before: a later pair must have a larger one; of equal pairs, the first is
+/* ratio of squared components above which a later pair replaces an earlier pair; of pairs with equal components, the first is
  * returned */
 #define BLAME_MORE 1.01
 
@@ -76,7 +76,7 @@ static int tr_stop_by_impact(tr_sim *s, double *y, int pair) {
   return tr_decide_modes(s, rest, n, -1);
 }
 
-/* Whether drives and pairs at rest prescribe freedom i, because a pair at rest holds the same freedom. Requires held maps. */
+/* Whether a pair at rest holds freedom i: a multiplier of this pair acts on the same freedom. Requires held maps. */
 static int tr_follows_pair_at_rest(const tr_sim *s, int i) {
   for (int m = 0; m < s->k->nsliders; ++m) {
     const tr_pair *pair = tr_pair_of(s, m);
@@ -96,9 +96,9 @@ static int tr_is_fully_driven(tr_sim *s, int pair) {
   return driven;
 }
 
-/* The first moving pair whose sudden stop at y makes a solution possible; −1 if there is none. Used for failures that no single
- * moving pair causes (tr_find_obstructing_pair), but several pairs together, or a pair at rest. (Example: a self-locking thread
- * whose nut reverses stops the link that drives the nut.) */
+/* The first moving pair whose sudden stop at y makes a solution possible; −1 if there is none. Used for failures that several pairs
+ * cause together, or that a pair at rest causes. (tr_find_obstructing_pair finds single moving pairs.) (Example: when a nut
+ * reverses, its self-locking thread stops the link that drives the nut.) */
 static int tr_find_stopping_pair(tr_sim *s, const double *y, const tr_mode *modes) {
   double copy[tr_state_width(s)];
   for (int i = 0; i < s->k->nsliders; ++i) {

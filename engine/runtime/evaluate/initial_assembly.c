@@ -21,8 +21,9 @@
 #define TIGHT_ENDS 1e-2
 #define NO_LEVER 1e-12      /* relative to the length scale, or rad: a smaller effect of a unit change on a row is round-off */
 #define ROW_DEPENDS 1e-10   /* relative to a row's scale: largest pivot of a dependent row */
-/* relative to the number of rows: largest pivot that only round-off causes. Far from closed loops, pivots between this and ROW_DEPENDS
- * belong to nearly singular poses (links nearly in line), where a small change of an angle decides to which side the loop closes. */
+/* relative to the number of rows: largest pivot that only round-off causes. Far from closed loops, pivots between this limit and
+ * ROW_DEPENDS belong to nearly singular poses (links nearly in line). In these poses, a small change of an angle decides to which
+ * side the loop closes. */
 #define ROW_ROUND_OFF 1e-15
 #define TIGHT_LAST 4e-15    /* relative to the largest coordinate, in rad or lengths: round-off of this coordinate */
 #define TIGHT_MOST 5e-9     /* largest tolerance of closed loops; below the gap that later checks call open */

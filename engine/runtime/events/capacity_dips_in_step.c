@@ -1,31 +1,31 @@
 /* Dips of capacities. Where the load of a contact passes near zero, pairs at rest lose their capacity for a short time. Such a dip
  * has two straight sides: a capacity is a sum of norms of loads, and loads are smooth. (The friction ratio has a sharp peak there,
- * which parabolas miss.) A sum of norms is convex; lines through points on both sides of an interval therefore bound the reserve
- * inside from below. */
+ * which parabolas miss.) A sum of norms is convex. Between two points, the reserve therefore lies above the extended lines through
+ * the points on either side. */
 #include "events/events.h"
 
-/* × a step: points at a smaller distance are one. Stages of low order follow each other closely; lines through them would extend
- * their errors. */
+/* relative to a step: only one of two closer points is used. Stages of low order lie close together; a line through two of them
+ * would magnify their errors. */
 #define LEAST_APART 0.08
-#define FEWEST_STAGES 4 /* with fewer points, lines show nothing, and every step is searched */
-/* × the fall of the reserve along a line: error of the line, because the sides of a dip are not exactly straight. The stages of a
- * step are farther apart than the points of a search. */
+#define FEWEST_STAGES 4 /* smallest number of points from which lines can exclude a dip; with fewer points, the step is searched */
+/* relative to the fall of the reserve along a line: error of the line, because the sides of a dip are not exactly straight. The
+ * stages of a step are farther apart than the points of a search. */
 #define BENT 0.1
 #define BENT_BETWEEN_STAGES 0.25
-#define DIP_STEPS 12 /* largest number of places in one dip; each step squares the error of the place */
-#define SHORTLY_BESIDE 1e-6 /* × the spacing of the points: finite difference that gives the slope of a reserve */
-#define INSET 1e-3   /* × an interval: least distance of a new point from the ends of the interval */
+#define DIP_STEPS 12 /* largest number of points evaluated in one dip; each point squares the error of the place */
+#define SHORTLY_BESIDE 1e-6 /* relative to the spacing of the points: finite difference that gives the slope of a reserve */
+#define INSET 1e-3   /* relative to an interval: least distance of a new point from the ends of the interval */
 
-/* A point beside a dip: its place, the reserve there, and the slope of the line through this point and the next one outside. The
- * slope is NaN if there is no point outside. */
+/* A point beside a dip: its place, the reserve at this place, and the slope towards the next point away from the dip. The slope is
+ * NaN if there is no next point. */
 typedef struct tr_arm {
   double x, reserve, slope;
 } tr_arm;
 
 static inline double tr_slope_between(double x0, double r0, double x1, double r1) { return (r1 - r0) / (x1 - x0); }
 
-/* Whether the reserve may reach zero between two points, by the lines through them. *at receives the probable place. bent: BENT or
- * BENT_BETWEEN_STAGES. */
+/* Whether the reserve may fall to zero between two points, judged by the lines through these points. *at receives the probable
+ * place of the minimum. bent: BENT or BENT_BETWEEN_STAGES. */
 static int tr_may_reach_zero(const tr_arm *left, const tr_arm *right, double bent, double *at) {
   const double fall = left->slope, rise = right->slope;
   if (fall >= 0.0 || rise <= 0.0 || (fall != fall && rise != rise)) return 0;
@@ -79,8 +79,8 @@ static int tr_mark_dips(const tr_sim *s, char *suspect) {
   return any;
 }
 
-/* Reserve of pair i at a place. Every evaluated point narrows the bracket. Returns NaN without a solution, and where a violation is
- * positive, which ends the search. */
+/* Reserve of pair i at the place x. The evaluated point also narrows the bracket. Returns NaN if there is no solution, or if a
+ * violation is positive; the search then ends. */
 static double tr_reserve_inside(tr_sim *s, const tr_samples *at, int i, double x, tr_bracket *b) {
   int w = i;
   const tr_point found = tr_point_at(s, at, i, x, &w);
@@ -89,9 +89,9 @@ static double tr_reserve_inside(tr_sim *s, const tr_samples *at, int i, double x
   return found.all > 0.0 ? NAN : tr_reserves_at(s, TR_NOW)[i];
 }
 
-/* Next place of a search between two points. x: where their lines meet. If this is at one of the points, the line through the other
- * point is inaccurate; the next place is then slightly beyond the place where the line through the near point reaches zero. (At this
- * place itself, the search for the first root would end at once, although an earlier root may exist.) */
+/* Next place of a search between two points. x: place where the lines through the points meet. If x is at one of the points, the
+ * line through the other point is inaccurate. The next place is then slightly beyond the zero of the line through the near point.
+ * (At the zero itself, the search for the first root would end at once, although an earlier root may exist.) */
 static double tr_next_dip_place(const tr_arm *left, const tr_arm *right, double x) {
   const double width = right->x - left->x, inset = INSET * width, beyond = 1.0 + BENT;
   if (x - left->x < inset) x = left->x + fmax(inset, fmin(0.5 * width, -beyond * left->reserve / left->slope));
@@ -99,7 +99,7 @@ static double tr_next_dip_place(const tr_arm *left, const tr_arm *right, double 
   return x;
 }
 
-/* Search the dip of pair i between two points. */
+/* Search for a dip of pair i between two points. */
 static void tr_find_dip(tr_sim *s, const tr_samples *at, int i, tr_arm left, tr_arm right, tr_bracket *b) {
   const double shortly = SHORTLY_BESIDE * (right.x - left.x);
   double least = fmin(left.reserve, right.reserve), change = 0.0, x;
@@ -117,7 +117,7 @@ static void tr_find_dip(tr_sim *s, const tr_samples *at, int i, tr_arm left, tr_
   }
 }
 
-/* Search the dip of pair i between the points q − 2 and q − 1; also between q − 1 and q if the search ends at q. */
+/* Search for dips of pair i between the points q − 2 and q − 1. If the search ends at q, also search between q − 1 and q. */
 static void tr_search_dips(tr_sim *s, const tr_samples *at, int i, int q, tr_bracket *b) {
   const int n = s->k->nsliders, ends = q == tr_sample_count(s) || at->all[q] > 0.0;
   const double *x = at->x, *r = at->reserve + i;

@@ -10,7 +10,8 @@
  * a stop */
 #define CAPTURE_ACROSS 0.2
 /* relative to the tolerance: largest errors of a last stretch in a steady direction. These errors are: speed across the direction
- * (in speed units), time of the stop (in units of 1 / rate scale), straight rows inside the stretch (in lengths). */
+ * (in speed units), time of the stop (in units of 1 / rate scale), and deviation of the path from the straight rows inside the
+ * stretch (in lengths). */
 #define CAPTURE_STEADY 0.1
 /* relative to the deceleration: largest acceleration across a last stretch in a steady direction, below the speed CAPTURE_SPEED */
 #define CAPTURE_TURNED 0.01

@@ -8,7 +8,7 @@
  * linear in time. */
 #define HALVINGS 1
 #define LINES_MOST 8   /* largest number of secant steps after the halvings; the first secant steps square the error */
-#define NONE 2.0       /* fraction of a step that means no separation inside the step */
+#define NONE 2.0       /* stands for no separation inside the step, in place of a fraction of the step */
 /* fraction of the step, relative to rtol: separations at a smaller distance are one event. Each separation is located within
  * rtol. */
 #define TOGETHER 100.0

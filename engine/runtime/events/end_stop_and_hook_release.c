@@ -4,7 +4,7 @@
 #include "events/events.h"
 
 #define CORNER_NEAR 1e-9  /* relative to the elastic force: a smaller corner distance counts as zero */
-/* relative to the tolerance: largest distance between a corner and the end of a step that counts as this corner */
+/* relative to the tolerance: largest distance of a step's end from a corner at which this end counts as the corner */
 #define CORNER_PART 0.1
 #define CORNER_ROOT 80    /* largest number of iterations; they alternate between secant and halving */
 #define CORNER_LATE 1e-12 /* relative to the step: a corner closer to the step's end counts as the end */

@@ -34,7 +34,7 @@ static int tr_may_pass_zero(double g0, double m0, double g1, double m1) {
 
 /* A stop is marked if the cubic through its depths and rates at both ends has a maximum near the threshold. Rates come from K and
  * K[end]; for impulse steps, from the dense output. For a hook that is down, the event function is constant far from the next
- * tooth. The fall of the depth behind the hook, which is smooth, shows how far this function can rise. */
+ * tooth. The depth behind the hook is smooth; its fall shows how far the event function can rise. */
 static int tr_mark_stops_with_events_inside(tr_sim *s, char *inside) {
   int any = 0;
   const int n = tr_state_width(s), ns = s->k->nstops, by_dense = tr_method_of(s)->kind == TR_IMPULSES;

@@ -19,8 +19,8 @@
 #define ROOT_ROUND_OFF 1e-14 /* round-off of θ */
 #define DIP 0.05 /* relative to the variation of a sliding speed over the stages: possible drop of the speed between stages */
 #define TURN_DIP 0.5    /* replaces DIP between distant stages, if the speed has a minimum inside the step */
-/* relative to the variation of a stuck pair's violation over the stages: possible further rise between stages. (Two stages are at
- * most a quarter period of the fastest load apart.) */
+/* relative to the variation of a stuck pair's violation over the stages: possible further rise between stages. (The distance
+ * between two stages is at most a quarter of the period of the fastest load.) */
 #define SWING 0.5
 /* replaces SWING for a spinning ball, whose axis at low speed turns within part of a step */
 #define CONE_SWING 2.0
@@ -49,7 +49,8 @@ static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, dou
 }
 
 /* The bracket of a root, as fractions of the step. f: violation, minus 1, of the pair or stop with the largest violation at b. The
- * search interpolates f. Of the largest of all violations, the search uses only the sign, because this function has kinks. */
+ * search interpolates f. The search uses only the sign of the largest of all violations, because the largest of several functions
+ * has kinks. */
 typedef struct tr_root_search {
   double a, b;        /* no violation is positive at a; a violation is positive at b */
   double ga, gb;      /* largest violation, minus 1, at a and b */
@@ -74,7 +75,7 @@ static double tr_next_root_point(const tr_root_search *r, int it, double least) 
     if (it >= SECANT_STEPS || !(1.0 - sqrt(1.0 - width) < rise && rise < sqrt(width))) return half;
     part = part * f3 / (f3 - f2) - (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f2 - f3);
   }
-  const double m = x1 + part * (x2 - x1); /* interpolation to f = `aim`, a point slightly beyond the root, which ends the search */
+  const double m = x1 + part * (x2 - x1); /* interpolation to f = `aim`: a point slightly beyond the root ends the search */
   return m > r->a && m < r->b ? m : half;
 }
 

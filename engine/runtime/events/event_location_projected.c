@@ -2,17 +2,17 @@
  * with closed loops, so that decisions and rows belong to the exact event (theory, "Events"). */
 #include "events/events.h"
 
-#define CLOSE_STEP 1e-3 /* relative to θ: difference of the first secant */
+#define CLOSE_STEP 1e-3 /* relative to θ: distance between the two points of the first secant */
 #define CLOSE_TIMES 8   /* largest number of secant iterations */
 /* relative to the step: largest shift of an event by the step's error; a root at a larger distance is another event */
 #define CLOSE_FAR 0.25
-/* relative to TOL_STOP: depth beyond a stop at which its event is placed, and tolerance of this depth */
+/* relative to TOL_STOP: depth beyond a stop at which the stop's event is placed, and tolerance of this depth */
 #define STOP_PASSED (0.5 * EVENT_CLOSE)
 /* in units of tolerance / rate scale: releases at a smaller distance in time count as simultaneous; far below the error of event
  * times */
 #define LET_GO_AS_ONE 1.0
 #define LET_GO_FIRST 1e-4 /* relative to LET_GO_AS_ONE: first distance in time at which the program looks for later releases */
-#define LET_GO_GROWS 10.0 /* factor from one of these distances to the next */
+#define LET_GO_GROWS 10.0 /* ratio of successive distances */
 #define LET_GO_NEAR 1e-4 /* relative to the friction ratio: a pair farther from release is not considered */
 
 /* Surface speed of pair i along its frozen direction, m/s, at the present solution. *change receives its time derivative, m/s². */
@@ -64,7 +64,7 @@ static double tr_projected_violation(tr_sim *s, int i, double theta) {
     tr_stop_depths(s, y, depth);
     return tr_mode_violation(s, i, depth) - STOP_PASSED;
   }
-  tr_evaluate_laws(s, TR_A(s, z) + s->k->active); /* Newton's method leaves the laws' values of the iterate before the last one */
+  tr_evaluate_laws(s, TR_A(s, z) + s->k->active); /* Newton's method leaves the laws' values of an earlier iterate */
   if (s->friction.held) tr_evaluate_capacities(s);
   double most = tr_mode_violation(s, i, 0);
   for (int j = 0; tr_is_stuck(s, i) && j < s->k->nsliders; ++j)
@@ -96,7 +96,7 @@ static int tr_count_released_at(tr_sim *s, int i, double theta) {
 }
 
 /* Delay the pending release of pair i to the last release that follows within the error of event times. In symmetric mechanisms
- * these releases are simultaneous; only the error of the step separates them in time. */
+ * these releases are simultaneous; only the error of the step separates the releases in time. */
 static void tr_release_together(tr_sim *s, int i) {
   int near = 0;
   const int nz = tr_z_length(s);

@@ -17,8 +17,8 @@ typedef struct tr_branch {
   tr_contact contacts[TR_EVENT_CONTACTS];
 } tr_branch;
 
-/* Error, in tolerances, of a step that changes a position in a curve or field by too much before its fraction `most`; otherwise 0.
- * Sets step.passed. */
+/* Error, in tolerances, of a step that changes a position in a curve or field by too much; otherwise 0. Only the part of the step
+ * up to the fraction `most` counts. Sets step.passed. */
 static double tr_position_error(tr_sim *s, double most);
 
 /* Largest growth factor of the next step after the last call of tr_position_error. */
@@ -32,7 +32,7 @@ static double tr_find_first_corner(tr_sim *s, double most);
 static int tr_mark_stops_with_events_inside(tr_sim *s, char *inside);
 
 /* Whether a quantity may exceed 0 inside a step. g0, g1: its values at both ends; m0, m1: its slopes, per step. Returns 1 if the
- * cubic through these has a maximum near 0 or above. */
+ * cubic with these values and slopes has a maximum near 0 or above. */
 static int tr_may_pass_zero(double g0, double m0, double g1, double m1);
 
 /* Mark in `inside` (stops) each closed contact of a joint that only pushes whose normal force may pass zero twice inside the last
@@ -187,7 +187,7 @@ static int tr_find_pair_to_capture(tr_sim *s);
 static int tr_has_answer_at_rest(tr_sim *s, double t, double *y, int i);
 
 /* Mark pairs of one component that stop together with pair i, at the state evaluated last. The stops of these pairs follow within
- * the error of event times. In symmetric mechanisms these stops are simultaneous; only the error of the step separates them in
+ * the error of event times. In symmetric mechanisms these stops are simultaneous; only the error of the step separates the stops in
  * time. */
 static void tr_mark_pairs_stopping_at_once(tr_sim *s, int i);
 
@@ -206,8 +206,8 @@ static void tr_event_state(tr_sim *s, double t, double *out);
 static int tr_step_back_to_branch(tr_sim *s, double *y);
 
 /* At an event of a pair with shared loads, continue the multipliers from the beginning of the step to the event. Newton's method
- * may have found other multipliers at the event; if all pairs hold with the continued multipliers, these replace the others. If the
- * continued root ends before the event, y becomes the last state at which this root exists. */
+ * may have found other multipliers at the event; if all pairs hold with the continued multipliers, the continued multipliers are
+ * used. If the continued root ends before the event, y becomes the last state at which this root exists. */
 static void tr_restore_shares_before(tr_sim *s, double t, double *y);
 
 /* Give pairs of several components that rest at the event (t, y) their direction just before the event, because the direction at y

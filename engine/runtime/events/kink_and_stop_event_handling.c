@@ -1,5 +1,5 @@
 /* Handling of events of laws with a kink, and of stops: mode changes and event records. A pair enters and leaves the proportional
- * zone at its kink. Whether its sliding reversed inside the zone is known only when the pair leaves the zone. The contacts at the
+ * zone at its kink. A reversal of its sliding inside the zone is known only when the pair leaves the zone. The contacts at the
  * entry are therefore stored. */
 #include "events/events.h"
 

@@ -1,5 +1,5 @@
 /* Detection of pairs of several components whose sliding direction turns inside a step. Their friction turns, too, and can carry
- * other pairs beyond the limits of their modes. The other pairs have no event then; the step is too long. */
+ * other pairs beyond the limits of their modes. Such a violation is not an event; the step is too long. */
 #include "events/events.h"
 
 /* relative to the speed at the start of the step: a slower pair has nearly stopped, and its direction is only integration error */

@@ -39,8 +39,8 @@ typedef struct tr_point {
   double x, own, all;
 } tr_point;
 
-/* Violations at the dense points of a step. A freewheel has one violation for each direction. Each of the two is smooth where the
- * load changes its sign; the larger of the two has a kink. */
+/* Violations at the dense points of a step. A freewheel has one violation for each direction. Where the load changes its sign, each
+ * of these violations is smooth, but the larger one has a kink. */
 typedef struct tr_samples {
   const char *suspect; /* TR_SUSPECT, TR_BY_SIDES or 0 for each pair and stop */
   int watched, between, sided; /* number of pairs and stops; whether to search between points; whether any pair has two sides */
@@ -70,8 +70,8 @@ static void tr_violations_by_sides(const tr_sim *s, int i, double opposite, doub
   *back = ((forward ? against : with) - 1.0) / TOL_RELEASE - 1.0;
 }
 
-/* Write the violations of all pairs and stops, minus 1, to `own`. from: the stored violations, without this subtraction. sided:
- * whether pairs marked TR_BY_SIDES get a violation for each direction of friction, from the current state. */
+/* Write the violations of all pairs and stops, minus 1, to `own`. from: the stored violations, from which 1 is not yet subtracted.
+ * sided: whether pairs marked TR_BY_SIDES get a violation for each direction of friction, from the current state. */
 static void tr_list_violations(tr_sim *s, const tr_samples *at, const double *from, int sided, double *own) {
   double opposite[s->k->nsliders + 1];
   if (sided) tr_evaluate_opposite_capacities(s, opposite);
@@ -83,7 +83,8 @@ static void tr_list_violations(tr_sim *s, const tr_samples *at, const double *fr
 }
 
 /* Evaluate and store point q. Returns its largest violation minus 1, with the worst pair or stop in *worst. Point 0, the start, has
- * no event, because the modes were decided for it. last: worst pair or stop at the end. from: as in tr_violation_at_from. */
+ * no event, because the modes were decided for this point. last: worst pair or stop at the end. from: as in
+ * tr_violation_at_from. */
 static double tr_store_sample(tr_sim *s, const tr_samples *at, int q, int last, const double *from, int *worst) {
   const int end = q == tr_sample_count(s), known = end || (q == 0 && s->step.margin == s->step.margin);
   double all, *own = at->own + q * tr_sample_width(s);

@@ -129,8 +129,8 @@ static double tr_unheld_acceleration(tr_sim *s, int n, const int *c) {
 
 /* Set the impending axes of the balls among the n multipliers c of a group with one freedom. This freedom would move the
  * multipliers with the rates v. Returns the index of the leader in c. The leader is the first multiplier, unless this multiplier
- * belongs to a ball, because a ball may carry no load along its axis. The leader is then the first pair that is not a ball. If all
- * pairs are balls, the leader is the component with the largest part perpendicular to the force of its ball. */
+ * belongs to a ball, because a ball may carry no load along its axis. In this case, the leader is the first pair that is not a
+ * ball. If all pairs are balls, the leader is the component with the largest part perpendicular to the force of its ball. */
 static int tr_set_impending_axes(tr_sim *s, int n, const int *c, const double *v) {
   int owner[n], at, first = -1, leader = 0;
   double t[3], dt[9], most = 0.0;

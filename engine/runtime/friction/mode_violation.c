@@ -1,7 +1,8 @@
 /* Violations: by how much a pair or a stop exceeds the limit of its mode, in tolerances. */
 #include "friction/friction.h"
 
-/* relative to tolerance × the sum of absolute terms: acceleration caused by the error of the dense output; largest found: 0.02 */
+/* relative to tolerance × the sum of absolute terms: largest acceleration that the error of the dense output causes; the largest
+ * observed value is 0.02 */
 #define OPEN_INSIDE 0.1
 #define MOVES_ALONG 2.0 /* relative to REST_BROKEN: threshold of release; so high that the next decision lets the pair move */
 

@@ -127,7 +127,7 @@ static void tr_solve_linear_laws(tr_sim *s, const double *law, double *N, double
   }
 }
 
-/* `step` and `size` receive the largest entries of to − from and of `to`, as surface forces. */
+/* `step` and `size` receive the largest entries of `to` − `from` and of `to`, as surface forces. */
 static void tr_compare_frictions(const tr_sim *s, const double *from, const double *to, double *step, double *size) {
   const double *lever = TR_A(s, lever);
   *step = *size = 0.0;
@@ -229,7 +229,7 @@ static double tr_response_by_recursion(tr_sim *s, int i) {
   const tr_kernel *k = s->k;
   double less[k->neta], N[k->nn + 1], borne[k->neta], with[k->neta], without[k->neta], large = NO_LOAD;
   if (!tr_factor_without_friction(s)) return 0.0;
-  for (int j = 0; j < k->nn; ++j) large = fmax(large, fabs(TR_A(s, NN)[j])); /* `large`: a scale that is not round-off */
+  for (int j = 0; j < k->nn; ++j) large = fmax(large, fabs(TR_A(s, NN)[j])); /* far above round-off of the loads */
   memset(less, 0, sizeof less);
   k->respond(TR_A(s, c), TR_A(s, w), less, N, borne, without);
   less[i] = large;

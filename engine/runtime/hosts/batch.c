@@ -74,7 +74,7 @@ static tr_sim *tr_case_block(tr_batch *b, int which) {
   o.rtol = set->rtol, o.length = set->length, o.rate = set->rate, o.energy = set->energy;
   tr_configure(s, &o);
   s->lane = which ? 0 : b->lane;
-  if (b->lane) s->ask.host = 0; /* the host is asked between calls (``hosts/lane_batch.c``) */
+  if (b->lane) s->ask.host = 0; /* ``hosts/lane_batch.c`` asks the host between its calls */
   b->which = which, b->now = s;
   return s;
 }
@@ -98,7 +98,7 @@ static int tr_case_start(tr_batch *b) {
   int status = tr_start(s, 0.0, set->until, set->every, b->rows);
   if (status == TR_NEED_REDUNDANT) {
     if (!b->variant[1].fresh) return status;
-    double y[s->ny + 1], x[k->nx + 1]; /* x contains the state of contacts */
+    double y[s->ny + 1], x[k->nx + 1]; /* x is copied with y, because x contains the states of the contacts */
     memcpy(y, TR_A(s, y), sizeof(double) * s->ny), memcpy(x, TR_A(s, x), sizeof(double) * k->nx);
     s = tr_case_block(b, 1);
     memcpy(TR_A(s, y), y, sizeof(double) * s->ny), memcpy(TR_A(s, x), x, sizeof(double) * k->nx);
@@ -106,7 +106,8 @@ static int tr_case_start(tr_batch *b) {
   }
   if (status != TR_OK) return status;
   tr_case_row(b, b->rows);
-  /* leaves the block as in a single run; the result is unused, because open reactions are a property of the structure */
+  /* a single run makes this call, which changes the block; its result is not needed, because open reactions depend on the structure
+   * alone */
   tr_evaluate_for_redundancy(s);
   return TR_OK;
 }

@@ -19,9 +19,9 @@ static void tr_write_row_before(tr_sim *s, double *row) {
   tr_restore_solution(s, kept);
 }
 
-/* Run until t and write the row at t; null pointer: no row is requested. Steps may extend up to `limit` ≥ t. each: whether to end at the next logged event, too, with
- * TR_EVENT. before receives the row just before the last event that ended a step; null pointer: not requested. Returns TR_DONE,
- * TR_EVENT, TR_MORE after max_steps steps, TR_NEED_JACOBIAN, or a lasting failure. */
+/* Run until t and write the row at t; null pointer: no row is requested. Steps may extend up to `limit` ≥ t. each: whether to end
+ * at the next logged event, too, with TR_EVENT. `before` receives the row just before the last event that ended a step; null
+ * pointer: not requested. Returns TR_DONE, TR_EVENT, TR_MORE after max_steps steps, TR_NEED_JACOBIAN, or a lasting failure. */
 static int tr_reach_time(tr_sim *s, double t, double limit, long max_steps, double *row, int each, double *before) {
   const double close = tr_time_tolerance(t);
   if (s->clock.status >= TR_FAIL_NOT_FINITE) return s->clock.status;

@@ -66,8 +66,8 @@ int tr_reach_bounded(tr_sim *s, double t, double *row);
  * TR_CANCELLED even after a failure. */
 int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capacity, long *count);
 
-/* Check the state, modes and multipliers of the block against the laws. deciding: 1 checks like after a decision about pairs at
- * rest, 0 like at the end of a step. Returns bits of the violated laws; 0 if all laws hold. */
+/* Check the state, modes and multipliers of the block against the laws. deciding: 1 applies the checks that follow a decision about
+ * pairs at rest, 0 those at the end of a step. Returns bits of the violated laws; 0 if all laws hold. */
 int tr_verify(tr_sim *s, int deciding);
 
 /* Compute all constants from the parameters in the block. */
@@ -137,7 +137,7 @@ size_t tr_impact_length(const tr_sim *s);
  * (begin) and end (x) of the step. The array `stages` (TR_STAGES × nz per step) receives the multipliers at each row of K. solved:
  * for each step, 1 if these multipliers belong to the step, 0 if an event has cut the step. made: number of recorded steps. rows:
  * room for `capacity` rows, of which *written are filled. impacts: record of the impact at the end of each step (tr_impact_length);
- * 0 phases: none. Discards events. Returns a status, as tr_advance does. */
+ * 0 parts: no impact. Discards events. Returns a status, as tr_advance does. */
 int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *begin, double *x,
                     double *stages, int *solved, double *impacts, int *made);
 
@@ -158,10 +158,11 @@ int tr_cross_event(tr_sim *s, const tr_tangents *g, double t, const double *y, c
 
 /* Integrate the tangents g->S along recorded steps by the run's explicit method. t, y (stride next), after: values before the first
  * step, then at the end of each of the `count` steps. x, stages: external values and multipliers within each step
- * (tr_record_steps). marks: four numbers for each step. These are: whether the host must complete its end, number of samples
- * inside, whether its end is a sample, whether `stages` belongs to it. times: times of the samples. For each sample, appends a row
- * of columns to `values` and their derivatives (m × columns) to `derivatives`. Ends after the first step whose end the host must
- * complete. Returns the number of integrated steps, or −1 if the multipliers of a state have no solution. */
+ * (tr_record_steps). marks: four numbers for each step. These are: whether the host must complete the step's end, number of samples
+ * inside the step, whether the step's end is a sample, whether `stages` belongs to the step. times: times of the samples. For each
+ * sample, appends a row of columns to `values` and their derivatives (m × columns) to `derivatives`. Ends after the first step
+ * whose end the host must complete. Returns the number of integrated steps, or −1 if the multipliers of a state have no
+ * solution. */
 int tr_march_tangents(tr_sim *s, const tr_tangents *g, int count, const double *t, const double *y, size_t next, const double *x, const double *after,
                       const double *stages, const int *marks, const double *times, double *values, double *derivatives);
 
@@ -221,7 +222,7 @@ size_t tr_batch_size(void);
 
 void tr_ensemble_begin(tr_ensemble *e);
 
-/* Drop the case of strand `which` from the ensemble. The host then runs this case alone. */
+/* Remove the present case of strand `which` from the ensemble. The host then runs this case alone. */
 void tr_ensemble_drop(tr_ensemble *e, int which);
 
 /* Continue for about `budget` calls of the SIMD lanes. TR_DONE: all cases ended. TR_MORE: call again. TR_NEED_JACOBIAN: some cases
@@ -243,8 +244,8 @@ int tr_reach_event(tr_sim *s, double t, double limit, long max_steps, double *ro
  * step can be made; the next call then reports the failure. */
 double tr_next_end(tr_sim *s, double limit);
 
-/* Whether pair i is in the proportional zone of its law. *turned receives the time of a reversal inside the zone; NaN: none yet, or
- * one inside the waiting step. The reversal is logged when the pair leaves the zone. */
+/* Whether pair i is in the proportional zone of its law. *turned receives the time of a reversal inside the zone; NaN: no reversal
+ * yet, or a reversal inside the waiting step. The reversal is logged when the pair leaves the zone. */
 int tr_within_zone(const tr_sim *s, int i, double *turned);
 
 /* Cut the waiting step at a time t inside the step. Returns TR_OK or a failure. */

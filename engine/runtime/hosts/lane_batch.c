@@ -8,7 +8,7 @@
 #define TR_ALL_STEPS 1000000000L
 enum { TR_QUEUES = TR_ASKS * TR_METHODS };
 
-/* Run the cases of a strand until one must wait, or until no case is left. Returns the state of the strand. */
+/* Run the cases of a strand, one after another, until a case must wait or no case is left. Returns the state of the strand. */
 static int tr_run_strand(tr_ensemble *e, tr_strand *c) {
   for (;;) {
     if (!c->running) {

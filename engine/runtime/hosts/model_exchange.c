@@ -16,12 +16,13 @@
 /* relative to the speed unit: at a higher speed, sliding has begun, and its direction is that of the motion */
 #define BEGUN_SPEED 1e-6
 /* in units of tolerance · length, or rad: if residuals of loops are larger, the state is projected. After a projection, a multi-step
- * method begins again at order 1. With 1, its first steps drifted so far that every third step requested the next projection. */
+ * method begins again at order 1. With the limit 1, the first steps of the method drifted so far that every third step requested
+ * the next projection. */
 #define DRIFT 100.0
 #define DRIFT_TURN 1e-6    /* if the squared norm of a quaternion differs more from 1, the state is projected */
 /* relative to the friction of a pair: a larger change since the last stored state may mean another branch */
 #define FAR_BRANCH 0.02
-#define FOLLOWED_PARTS 8   /* after such a change: number of parts in which friction is followed from the stored state */
+#define FOLLOWED_PARTS 8   /* number of parts in which friction is then followed from the stored state */
 /* relative to the scene's scales: nominal values of states. BDF methods of importers would be less accurate with the full scales
  * (fmu/README.md). */
 #define NOMINAL 0.1

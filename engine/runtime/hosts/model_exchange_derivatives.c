@@ -26,7 +26,7 @@ static int tr_move_onto_manifold(tr_sim *s, const double *dy, double h, double *
   return tr_project(s, s->clock.t, y);
 }
 
-/* Project the state and the direction dy. onto (tr_states values) receives the projected direction. Returns 0 on failure. */
+/* Project the state and the direction dy. `onto` (tr_states values) receives the projected direction. Returns 0 on failure. */
 static int tr_project_direction(tr_sim *s, const double *dy, double *onto) {
   const tr_kernel *k = s->k;
   const int n = tr_states(s);

@@ -10,7 +10,7 @@
 #define LAST_PART 0.5
 #define LAST_GROWS 1.1     /* factor on the applied fraction after a step without oscillation */
 #define LAST_FOUND 1e-6    /* tangent of the angle between direction and acceleration at which the search has converged */
-#define ROUNDS 4           /* number of times that the mode of a pair or stop may end at one instant */
+#define ROUNDS 4           /* largest number of times that the mode of a pair or stop may end at one instant */
 /* distance s²/|ω|²: a ball closer to its cone counts as a ball at its cone, because importers may stop just before an event */
 #define DUE_CONE 1e-9
 #define NEAR_CONE 1e-3     /* distance s²/|ω|²: a ball closer to its cone is evaluated a second time, slightly later */

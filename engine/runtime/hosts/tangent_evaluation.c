@@ -66,8 +66,7 @@ size_t tr_tangents_work(const tr_tangents *g) {
   return tr_divide_work(&c, 0);
 }
 
-/* -- multipliers
- * ------------------------------------------------------------------------------------------------------------------- */
+/* -- multipliers --------------------------------------------------------------------------------------------------------------- */
 
 /* Factorise ∂R/∂z with scaled rows and columns. Returns 0 unless the matrix is clearly regular. */
 static int tr_factor_multipliers(tr_march *c) {

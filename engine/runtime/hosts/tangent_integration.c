@@ -85,8 +85,7 @@ static double tr_tangent_error(const tr_march *c, double h) {
   return sqrt(worst);
 }
 
-/* -- samples
- * ----------------------------------------------------------------------------------------------------------------------- */
+/* -- samples ------------------------------------------------------------------------------------------------------------------- */
 
 /* Like tr_tangents_at, at the state c->now. */
 static int tr_tangents_of_state(tr_march *c, double t, int solved) {

@@ -2,8 +2,7 @@
  * columns.
  *
  * Sums of the audit: along stiff steps, Simpson's rule integrates powers at both ends and, from the dense output, in the middle. If
- * the error of Simpson's rule matters to the audit, or if the step ends at an event, the sums are integrated like the works of
- * columns.
+ * Simpson's rule is not accurate enough, or if the step ends at an event, the sums are integrated like the works of columns.
  *
  * Works of columns are integrated along stiff steps, and along explicit steps whose works exceed the tolerance. Clenshaw–Curtis
  * rules use three, five or nine powers. Where these rules fail, the step is divided into parts. Example: the load of a contact

@@ -1,8 +1,8 @@
 /* Classes of pairs that the loops couple to one degree of freedom (theory, "Deciding modes"). The rates of these pairs have fixed
- * ratios, so either all pairs of a class slide, or none. A multiplier of one of its pairs identifies a class; `class_rates`
- * contains the rates of all its pairs at unit rate of this multiplier. Pairs i and j of a class satisfy A_ij² = A_ii A_jj, where A
- * is the response of freedoms to frictions with closed loops. The frictionless accelerations of these pairs must also have the
- * ratio of their rates; this condition excludes driven pairs and dead centres. */
+ * ratios, so either all pairs of a class slide, or none. A class is identified by the multiplier of one of its pairs; `class_rates`
+ * contains the rates of all pairs of the class at unit rate of this multiplier. Pairs i and j of a class satisfy A_ij² = A_ii
+ * A_jj, where A is the response of freedoms to frictions with closed loops. The frictionless accelerations of these pairs must also
+ * have the ratio of their rates; this condition excludes driven pairs and dead centres. */
 #include "modes/modes.h"
 
 /* relative to the accelerations that the state's rates cause: largest deviation from the ratio of a class. Loops that are open by
@@ -26,8 +26,8 @@ static int tr_line_multiplier(const tr_sim *s, int m) {
   return most;
 }
 
-/* Size of accelerations that the rates of the state cause, m/s². INFINITY in an impulse step, whose
- * accelerations contain the rates divided by the step. */
+/* Size of accelerations that the rates of the state cause, m/s². In an impulse step, the result is INFINITY, because accelerations
+ * contain the rates divided by the step. */
 static double tr_acceleration_by_rates(const tr_sim *s) {
   double most = s->set.rate;
   for (int i = 0; i < s->k->nv; ++i) most = fmax(most, fabs(TR_A(s, y)[s->k->nq + i]) / tr_rate_unit(s, i));

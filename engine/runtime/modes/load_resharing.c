@@ -57,9 +57,9 @@ static int tr_set_yielding_modes(tr_sim *s, const int *rest, int n, const tr_mod
   return count;
 }
 
-/* Whether the n pairs `rest` hold if the pair `released`, and all pairs that already yielded, yield. A pair that yields exerts its
- * capacity, while other pairs hold its freedom. Only pairs of given capacity yield. start: modes before the decision. On success,
- * the modes are in force. */
+/* Whether the n pairs `rest` hold if the pair `released` yields, together with the pairs that have already yielded. A pair that
+ * yields exerts its capacity, while other pairs hold its freedom. Only pairs of given capacity yield. start: modes before the
+ * decision. On success, the modes are in force. */
 static int tr_hold_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start) {
   const int was = s->friction.stored, given = tr_has_given_capacity(s, released);
   double eta[s->k->neta + 1], *now = TR_A(s, z) + s->k->active;
@@ -89,9 +89,9 @@ static int tr_slide_one_by_one(tr_sim *s, const int *rest, int n, int released) 
   return 0;
 }
 
-/* Whether sliding starts if the pair `released` and the pairs that already yielded slip. Pairs that become overloaded slip, too.
- * first: 1 requires a pair that already yielded; 0 also accepts a pair `released` of given capacity. start: modes before the
- * decision. On success, the modes are in force. */
+/* Whether sliding starts if the pair `released` slips, together with the pairs that have already yielded. Pairs that become
+ * overloaded slip, too. first: 1 requires a pair that already yielded; 0 also accepts a pair `released` of given capacity. start:
+ * modes before the decision. On success, the modes are in force. */
 static int tr_slide_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start, int first) {
   const int was = s->friction.stored;
   double eta[s->k->neta + 1], *now = TR_A(s, z) + s->k->active;
@@ -113,7 +113,7 @@ static int tr_stick_by_stored_loads(tr_sim *s, const int *rest, int n) {
   if (!s->friction.shared || s->friction.stored) return 0;
   memcpy(eta, now, sizeof(double) * s->k->neta);
   for (s->friction.stored = TR_STORES_CREEP; s->friction.stored <= TR_STORES_PLACED; ++s->friction.stored) {
-    int ok = tr_solve_in_modes(s) && tr_solve_in_modes(s); /* the second call stores loads from those of the first */
+    int ok = tr_solve_in_modes(s) && tr_solve_in_modes(s); /* the second call uses the loads that the first finds */
     if (ok && s->friction.stored == TR_STORES_PLACED) tr_minimise_stored_shares(s, rest, n);
     for (int q = 0; q < n && ok; ++q) ok = tr_mode_misfit(s, rest[q]) <= (tr_is_stuck(s, rest[q]) ? -KEPT_GAIN : 0.0);
     if (ok && tr_is_valid_decision(s, rest, n)) return 1;

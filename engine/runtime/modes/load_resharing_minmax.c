@@ -9,7 +9,7 @@
 #define PRESSED_MOST 10.0  /* relative to the largest friction: upper limit of a stored load */
 #define SPARE_TRIED 1e-6   /* relative to the capacity: change of a stored load in difference quotients */
 #define SPARE_FIRST 0.1    /* relative to the capacity: first trust-region radius */
-/* relative to the expected gain: if a step gains less, the trust-region radius is multiplied by the same number */
+/* relative to the expected gain: if a step gains less, the trust-region radius is multiplied by this number */
 #define SPARE_REFUSED 0.25
 #define SPARE_TAKEN 3.0    /* factor on the trust-region radius after an accepted step */
 #define SPARE_GAIN 1e-10   /* relative to the capacity: the search continues while a step gains more */

@@ -1,5 +1,5 @@
-/* Mode changes of pairs at rest that violate the laws of their modes. The misfit of a pair states by how much it violates its
- * law. */
+/* Mode changes of pairs at rest that violate the laws of their modes. The misfit of a pair states by how much the pair violates the
+ * law of its mode. */
 #include "modes/modes.h"
 
 #define FAINT 1e-7     /* in units of length · rate²: the direction of a smaller acceleration is round-off */

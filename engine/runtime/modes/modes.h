@@ -10,8 +10,8 @@ static int tr_line_multiplier(const tr_sim *s, int m);
 /* Find the classes of coupled pairs. Requires maps of the current state. */
 static void tr_find_coupled_pairs(tr_sim *s);
 
-/* Whether drives move pair i at (t, y). This is so if the pair has a speed, or if the loops have residual rates, although all rates
- * of the state are zero. Leaves maps of (t, y). */
+/* Whether drives move pair i at (t, y). Drives move the pair if all rates of the state are zero, but the pair has a speed, or the
+ * loops have residual rates. Leaves maps of (t, y). */
 static int tr_is_moved_by_drives(tr_sim *s, int i, double t, const double *y);
 
 /* Whether pair i is about to stop at (t, y). The pair has several components, but loops let it slide along one line only, so its
@@ -28,7 +28,7 @@ static int tr_collect_pairs_at_rest(tr_sim *s, int also, int *rest);
 static int tr_bring_all_to_rest(tr_sim *s, double *y, int also, int *rest, int n);
 
 /* Longest step, s, while pairs may stick: a quarter of the period of the fastest load. While pairs are stuck, a quarter of the
- * fastest rotation is a limit, too, because no error estimate includes their load. */
+ * period of the fastest rotation is a limit, too, because no error estimate includes the load of stuck pairs. */
 static double tr_longest_held_step(const tr_sim *s);
 
 /* Freeze the sliding direction of pair i at its rates r. */
@@ -47,8 +47,8 @@ static void tr_reverse_kink_directions(tr_sim *s);
 /* Maximum norm of the frozen direction of pair i; 0 if the pair does not slide. */
 static double tr_frozen_length(const tr_sim *s, int i);
 
-/* Give the directions of pairs that moved along a line an ordinary norm instead of ON_LINE, before impulse steps, which freeze no
- * line direction. */
+/* Replace the norm ON_LINE of directions by an ordinary norm. Called before impulse steps, because impulse steps freeze no line
+ * direction. */
 static void tr_clear_line_directions(tr_sim *s);
 
 /* Whether pair i, which started to slide along a line, still slides along this line at the given rates. width: accepted speed
@@ -60,7 +60,7 @@ static int tr_is_on_line(const tr_sim *s, int i, const double *rate, double widt
 static int tr_is_still_on_line(tr_sim *s, int i);
 
 /* Freeze the direction of pair i, which has the rates r and the speed v, as that of a line (norm ON_LINE). The pair's friction then
- * does not reverse when its rates do. */
+ * does not reverse when the rates reverse. */
 static void tr_freeze_line_direction(tr_sim *s, int i, const double *r, double v);
 
 /* Whether pair i is in its first step from rest. */

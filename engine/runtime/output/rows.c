@@ -4,8 +4,8 @@
 #define OPEN_FORCE 1e-140 /* N: a smaller normal force counts as zero; the contact equations regularise square roots at zero */
 #define ANGLE_PROBE 1e-6  /* rad: test rotation, whose effect gives the rate of an angle */
 
-/* Find the directions of λ that the motion does not determine at the solution. dir (rows × count) receives them, N (nkappa × count)
- * their scaled reactions, and base the scaled reactions of z. Returns their count. */
+/* Find the directions of λ that the motion does not determine at the solution. dir (rows × count) receives these directions. N
+ * (nkappa × count) receives their scaled reactions, and base the scaled reactions of z. Returns the number of directions. */
 static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;

@@ -113,8 +113,8 @@ static int tr_write_rows_of_step(tr_sim *s, double t_end, int final, double *row
   return TR_OK;
 }
 
-/* Write rows up to t_end from the dense output; rows follow the steps if `every` is at most 0. Returns TR_OK, TR_ROWS_FULL or a
- * failure. */
+/* Write rows up to t_end from the dense output. If `every` is at most 0, the times of the rows depend on the steps. Returns TR_OK,
+ * TR_ROWS_FULL or a failure. */
 static int tr_write_rows(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
   if (s->clock.width == 0) return TR_OK;
   int width = s->clock.width;
@@ -232,7 +232,7 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   if (!ball && !s->pending.captured && tr_is_sliding(s, which)) tr_mark_pairs_stopping_at_once(s, which);
   int code = ball ? tr_handle_cone_event(s, te, ye, which) : tr_handle_event(s, te, ye, which, known);
   tr_clear_stopping_marks(s);
-  if (code != TR_OK) { /* y is the state before the event; an impact continues the run from y, or the run ends */
+  if (code != TR_OK) { /* y is the state before the event; from y, the run continues with an impact, or ends */
     tr_restore_modes(s, modes);
     tr_move_run_to(s, te, before);
     s->friction.failed = which;
@@ -240,7 +240,7 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   }
   if (ball) tr_log_fold(s, which, te, ye, &was);
   s->stats.events++;
-  s->moreau.burst_events += ball; /* branch changes of balls do not count, because they occur in impulse steps, too */
+  s->moreau.burst_events += ball; /* branch changes of balls are not counted, because impulse steps do not avoid these events */
   tr_count_chatter(s, te);
   const double breaks = s->clock.last_break;
   tr_move_run_to(s, te, ye);

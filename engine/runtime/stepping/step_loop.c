@@ -1,14 +1,14 @@
 /* The stepping loop, up to the target: make trial steps until one is accepted, then complete this step. */
 #include "stepping/stepping.h"
 
-/* per pair: largest number of failures that a run passes at one time; the second half of these failures only by impacts */
+/* per pair: largest number of failures that a run overcomes at one time; the second half is overcome only by impacts */
 #define RESUMED_MOST 2
 #define STALL_TIME 1e-9         /* in units of 1 / rate scale: least progress of STALL_TRIALS steps */
 /* relative to a fixed step: least progress of STALL_TRIALS trial steps; events may cut these steps short */
 #define STALL_SHARE 1e-3
-#define STALL_TRIALS 20000      /* number of trial steps, which take at most one second; onsets and captures take about a hundred */
+#define STALL_TRIALS 20000      /* number of trial steps, at most one second of work; an onset or a capture needs about a hundred */
 
-/* Number of failures passed at the present time. */
+/* Number of failures that the run has overcome at the present time. */
 static int tr_count_resumptions(tr_sim *s) {
   if (s->friction.resumed_t != s->clock.t) s->friction.resumed = 0;
   s->friction.resumed_t = s->clock.t;
@@ -25,7 +25,7 @@ static int tr_remedy_failure(tr_sim *s, int code) {
 
 static int tr_continue_after_failure(tr_sim *s, int code) {
   if (code != TR_FAIL_MULTIPLIERS && code != TR_FAIL_MODES) return 0;
-  if (tr_method_of(s)->kind == TR_IMPULSES) { /* a run by impulse steps ends if it fails again soon */
+  if (tr_method_of(s)->kind == TR_IMPULSES) { /* a run by impulse steps ends at a second failure soon after the first */
     if (s->clock.t - s->moreau.failed_t <= STALL_TIME / s->set.rate) return 0;
     s->moreau.failed_t = s->clock.t;
   }

@@ -57,7 +57,7 @@ static double tr_find_lack(const tr_sim *s, const tr_phase *p, const double *rat
 static int tr_do_several_push(const tr_sim *s, const tr_phase *p, const double *rate, double lack);
 
 /* Make the part of a phase that ends where the first pair stops sliding. *which: the pair that stops, or −1. lack: see
- * tr_do_several_push. The impulses of p become those of the part. Returns the part of the last solution's impulses, or of the path,
+ * tr_do_several_push. p->impulse receives the impulses of the part. Returns the part of the last solution's impulses, or of the path,
  * that was applied to `y`; 0 on failure. */
 static double tr_make_part(tr_sim *s, double t, double *y, const tr_phase *p, const double *rate, double lack, int *which);
 

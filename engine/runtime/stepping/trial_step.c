@@ -221,8 +221,8 @@ TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *tr
   tr_audit_step(s, trial->end, TR_A(s, ynew));
 }
 
-/* Remake the step so that it ends slightly after its event. The dense output has a lower order than the step's end; in the original
- * step, its error would shift event times by hundreds of tolerances. */
+/* Remake the step so that it ends slightly after its event. The dense output has a lower order than the step's end. In the original
+ * step, the error of the dense output would shift event times by hundreds of tolerances. */
 TR_INLINE void tr_remake_to_event(tr_sim *s, tr_trial *trial) {
   const double h = CUT_BEYOND * trial->theta * trial->h, whole = fmax(trial->whole, trial->h);
   tr_copy(tr_z_length(s), TR_A(s, zold), TR_A(s, z));
@@ -239,8 +239,8 @@ static void tr_probe_failure(tr_sim *s) {
   if (tr_project_and_evaluate(s, s->clock.t + h, y, TR_A(s, dy)) && (tr_check_solution(s, y, 0, 0) & TR_BREAKS_LOOP)) s->step.failure = TR_FAIL_MODES;
 }
 
-/* Whether friction loses its root at the start of the step. Steps then shrink to round-off before the equations fail, because
- * friction grows without bound, while it decelerates a light body within a tiny distance. */
+/* Whether friction loses its root at the start of the step. Friction then grows without bound and stops a light body within a tiny
+ * distance, so that steps shrink to round-off before the equations fail. */
 static int tr_is_root_lost(tr_sim *s) {
   if (!s->k->sets || !s->k->neta) return 0;
   s->step.watch = 0;

@@ -1,26 +1,26 @@
-/* Joints that only push (theory, "Contact that begins and ends"): which contacts stay closed, and the events at which contacts
+/* Joints that only push (theory, "Contact that begins and ends"): choice of the contacts that stay closed; events at which contacts
  * open, close and come to rest. */
 #include "stepping/stepping.h"
 
 #define TOUCHES 1e-11   /* relative to max(length, 1 m): largest gap of a contact that closes together with others */
-#define STILL 1e-12     /* relative to the speed unit, or the speed of approach: a gap with a smaller rate is at rest */
+#define STILL 1e-12     /* relative to the larger of speed unit and speed of approach: a gap with a smaller rate is at rest */
 #define REST_GAP 1e-14  /* relative to the length scale: impacts end when the gap of the next flight stays below this value */
 #define STEADY 1e-11    /* in units of length · rate²: a smaller acceleration of a gap counts as 0 */
 #define LIFTS 20.0      /* relative to TOL_LIFT: a closed contact that pulls more requires a new decision */
 /* relative to the period of a drive, load or rotation: longest step while a contact is open. No gap closes and opens again within
  * such a step. */
 #define OPEN_PART 0.03125
-/* relative to max(length, 1 m): a deeper penetration at the start of a step means that a contact was missed */
+/* relative to max(length, 1 m): a deeper penetration at the start of a step means that the closing of a contact was missed */
 #define PENETRATED 1e-9
 /* relative to the duration of the flight after an impact: longest next step, because the dense output of a long step misses a short
  * flight */
 #define FLIGHT_STEP 2.0
-#define LOCATED (100.0 * TOL_STOP) /* m: depth at the end of a step from which a landing inside the step is found */
+#define LOCATED (100.0 * TOL_STOP) /* m: least depth at the end of a step that shows a landing inside the step */
 #define CHOICES_MOST 60 /* largest number of changes of contacts in one decision */
 
-/* A contact at an event. touches: whether its gap is 0. ends: whether its series of impacts ends. was: whether it was closed.
- * touched: whether it was closed or unloaded. rate: rate of the gap, m/s. approach: rate of the gap before an impact; 0 without an
- * impact. flight: duration of the next flight, s. */
+/* A contact at an event. touches: whether its gap is 0. ends: whether its series of impacts ends. was: whether the contact was
+ * closed before the event. touched: whether it was closed or unloaded before the event. rate: rate of the gap, m/s. approach: rate
+ * of the gap before an impact; 0 without an impact. flight: duration of the next flight, s. */
 typedef struct tr_met {
   int touches, ends, was, touched;
   double restitution, rate, approach, flight;
@@ -47,7 +47,7 @@ static int tr_evaluate_with_contacts(tr_sim *s, const char *closed, const tr_mod
   return k->sets ? tr_handle_event(s, t, y, -1, 0) : TR_OK;
 }
 
-/* By how much contact c violates its condition, in tolerances. Requires that the gap is 0 and at rest. Sets whether the contact is
+/* Violation of contact c's condition, in tolerances. Requires that the gap is 0 and at rest. Also stores whether the contact is
  * unloaded. */
 static double tr_contact_misfit(tr_sim *s, int c, int closed) {
   const double force = TOL_LIFT * tr_force_unit(s);
@@ -57,7 +57,7 @@ static double tr_contact_misfit(tr_sim *s, int c, int closed) {
 }
 
 /* Evaluate with the contacts `closed`. *worst receives the contact of `rests` that violates its condition most; −1: no contact
- * does. Returns a status. */
+ * violates its condition. Returns a status. */
 static int tr_try_contacts(tr_sim *s, const char *closed, const char *rests, const tr_mode *modes, int *worst) {
   const int count = s->events.count, code = tr_evaluate_with_contacts(s, closed, modes);
   double most = 1.0;
@@ -157,8 +157,8 @@ static void tr_limit_step_by_flights(tr_sim *s, const tr_met *met, int impact) {
   }
 }
 
-/* Log the events of the contacts. A series of ever faster impacts ends after further flights, whose durations form a geometric
- * series. */
+/* Log the events of the contacts. A contact whose series of impacts ends comes to rest later, after further flights. The durations
+ * of these flights form a geometric series. */
 static void tr_log_contacts(tr_sim *s, const tr_met *met) {
   for (int c = 0; c < s->k->nunilateral; ++c) {
     tr_touch *touch = tr_touch_of(s, c);
@@ -180,7 +180,8 @@ static int tr_has_other_rates(const tr_sim *s, const tr_met *met, int impact, in
   return other && tr_pair_of(s, i)->kind == TR_KIND_SET;
 }
 
-/* Set modes by the present rates: of all pairs after an impact, otherwise of contacts that touch and were open. */
+/* Set modes by the present rates. After an impact, the modes of all pairs are set; otherwise, only those of the pairs of contacts
+ * that touch and were open. */
 static void tr_set_modes_by_rates(tr_sim *s, const tr_met *met, int impact) {
   tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
   for (int i = 0; i < s->k->nsliders; ++i) {

@@ -1,8 +1,8 @@
 /* Impacts of joints that only push (theory, "Contact that begins and ends"). */
 #include "stepping/stepping.h"
 
-#define SAME_RATES 1e-9     /* relative to the largest change of a rate: rates that differ by less are the same */
-#define PARTS_MOST 100      /* largest number of parts of a phase; in the last part, the rates after it decide friction */
+#define SAME_RATES 1e-9     /* relative to the largest change of a rate: smaller differences between rates do not count */
+#define PARTS_MOST 100      /* largest number of parts of a phase; friction in the last part follows from its final rates */
 
 /* Begin the record of an impact from the state y (tr_impact_length). */
 static void tr_record_impact(tr_sim *s, const double *y) {
@@ -16,7 +16,8 @@ static double *tr_recorded_part(const tr_sim *s, int i) {
   return s->step.impacts + 1 + s->ny + s->nworks + (size_t)i * (k->nx + k->active + k->neta + 2 * k->nunilateral);
 }
 
-/* Record a part of a phase. stops: pair that stops sliding at its end; −1: the phase ends. part: applied part of the impulses. */
+/* Record a part of a phase. stops: pair that stops sliding at the end of the part; −1: the phase ends. part: applied part of the
+ * impulses. */
 static void tr_record_part(tr_sim *s, const tr_phase *p, const double *restitution, int stops, double part) {
   const tr_kernel *k = s->k;
   const int nz = k->active + k->neta, n = k->nunilateral;
@@ -30,7 +31,7 @@ static void tr_record_part(tr_sim *s, const tr_phase *p, const double *restituti
   }
 }
 
-/* Keep in the record either the phase as a whole, which is part `first`, or the parts after it. */
+/* Keep in the record either part `first`, which is the whole phase, or the later parts, into which the phase was divided. */
 static void tr_choose_record(tr_sim *s, int first, int whole) {
   if (!s->step.impacts) return;
   const int made = (int)s->step.impacts[0], kept = made < TR_IMPACT_PARTS ? made : TR_IMPACT_PARTS;
@@ -38,7 +39,7 @@ static void tr_choose_record(tr_sim *s, int first, int whole) {
   s->step.impacts[0] = whole ? first + 1 : s->step.impacts[0] - 1.0;
 }
 
-/* Whether two states have the same rates. start: the state before the impact. */
+/* Whether the states `y` and `other` have the same rates, relative to the change of the rates since the state `start`. */
 static int tr_are_rates_same(const tr_sim *s, const double *y, const double *other, const double *start) {
   double most = 0.0, apart = 0.0;
   for (int i = s->k->nq; i < s->k->nq + s->k->nv; ++i) most = fmax(most, fabs(other[i] - start[i])), apart = fmax(apart, fabs(other[i] - y[i]));
@@ -46,8 +47,8 @@ static int tr_are_rates_same(const tr_sim *s, const double *y, const double *oth
 }
 
 /* Make one phase in parts, each of which ends where a pair stops sliding (theory, "Contact that begins and ends"). Where friction
- * against the sliding has no solution, it stops the sliding at once, and the rates after the phase decide it. If the rates after the
- * phase are those of one part, the record holds this one. Returns 0 if no impulses satisfy all conditions. */
+ * against the sliding has no solution, the sliding stops at once, and the rates after the phase decide friction. If the phase made as
+ * a whole leads to the same rates, the record contains the whole phase as one part. Returns 0 if no impulses satisfy all conditions. */
 static int tr_make_phase(tr_sim *s, double t, double *y, const tr_phase *p, const double *restitution) {
   const int n = s->k->nunilateral, width = tr_state_width(s), first = s->step.impacts ? (int)s->step.impacts[0] : 0;
   double lack = 0.0, gap[n + 1], rate[n + 1], sum[n + 1], start[width], whole[width], old[width], before[s->k->nrates + 1], part = 1.0;

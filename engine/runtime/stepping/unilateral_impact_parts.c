@@ -1,14 +1,14 @@
 /* Parts of an impact, each of which ends where a pair stops sliding (theory, "Contact that begins and ends"). */
 #include "stepping/stepping.h"
 
-/* in units of the largest rate: tolerance of the rates where friction turns while the impulses grow */
+/* relative to the largest rate: tolerated error of the rates in one step along a path of growing impulses */
 #define PATH_TOL 1e-11
-#define PATH_FIRST 0.1   /* part of the impulses in the first step along such a path */
-#define PATH_SLOWS 0.4   /* least speed of a pair after such a step, relative to the speed before it */
+#define PATH_FIRST 0.1   /* first step along a path, as a part of the impulses */
+#define PATH_SLOWS 0.4   /* relative to the speed of a pair before a step: least speed after the step */
 #define PATH_GROWS 4.0   /* largest ratio of successive steps */
-#define PATH_STEPS 2000  /* largest number of such steps in a part */
-#define PATH_LEFT 1e-9   /* relative to its start: lack of several contacts at the end of such a path */
-#define PATH_HALVES 60   /* bisections that find the end of a part within such a step */
+#define PATH_STEPS 2000  /* largest number of steps along a path */
+#define PATH_LEFT 1e-9   /* relative to the start of a phase: what rates of several contacts lack at the end of a path */
+#define PATH_HALVES 60   /* largest number of bisections that find the end of a part within a step */
 #define SLIP_TURNED 1e-9 /* sine of the least angle by which an impact turns a sliding direction */
 
 static double tr_find_first_stop(const tr_sim *s, const double *before, const double *after, int *which) {
@@ -59,11 +59,11 @@ static int tr_do_several_push(const tr_sim *s, const tr_phase *p, const double *
   return contacts > 1 && !held && tr_find_lack(s, p, rate) > PATH_LEFT * lack;
 }
 
-/* Growth of the impulses along a path. p: the phase, from the rates `rate` of the gaps. all: the impulses per unit of the path, as
- * its bounds `least`. from: rates of all pairs at the start of the present step; no direction reverses within a step. several: if not
- * 0, each contact's impulse grows in proportion to what its rate still lacks, by this factor (all contacts have equal dampers), until
- * their lack is `left`; otherwise all impulses keep their ratio. step, made: impulses of all multipliers in the last step, and in the
- * part. stuck: whether each pair is stuck in the last step. */
+/* Growth of the impulses along a path. p: the phase, from the rates `rate` of the gaps. all: a phase whose bounds `least` are the
+ * impulses per unit of the path. several: kg; the impulse of each contact grows by `several` times the rate that the contact still
+ * lacks, as with equal dampers, until all contacts together lack `left`, m/s. 0: all impulses keep their ratio. from: rates of all
+ * pairs at the start of the present step; no direction reverses within a step. step, made: impulses of all multipliers in the last
+ * step, and in the part. stuck: whether each pair is stuck in the last step. */
 typedef struct tr_growth {
   const tr_phase *p;
   tr_phase *all;
@@ -134,8 +134,8 @@ static int tr_slows_too_fast(const tr_sim *s, const double *before, const double
   return 0;
 }
 
-/* One trial step of the path: two half steps into `y`. *error: their difference from one whole step, in units of the largest rate.
- * Returns 0 on failure. */
+/* One trial step of the path: two half steps into `y`. *error: difference between the results of two half steps and of one whole
+ * step, in units of the largest rate. Returns 0 on failure. */
 static int tr_try_path_step(tr_sim *s, double t, double *y, const tr_growth *g, double h, double *error) {
   const int nq = s->k->nq, nv = s->k->nv;
   double once[tr_state_width(s)], most = 0.0, apart = 0.0;

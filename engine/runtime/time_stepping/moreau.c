@@ -65,7 +65,7 @@ static int tr_decide_by_rates(tr_sim *s, const int *rest, int n) {
 }
 
 /* Decide the modes of the n pairs `rest` for a step h. These pairs have no frozen direction. The full search runs only in short
- * steps, or if all pairs were stuck before; whether all pairs hold does not depend on h. Returns 1 on success. */
+ * steps, or if all pairs were stuck before. (If all pairs hold, they hold for any h.) Returns 1 on success. */
 static int tr_moreau_decide(tr_sim *s, const int *rest, int n, double h) {
   int held = 1;
   for (int q = 0; q < n; ++q) held &= tr_is_stuck(s, rest[q]);
@@ -98,7 +98,7 @@ static int tr_moreau_solve(tr_sim *s, double t, const double *y, double *mid, do
   s->moreau.h = h;
   int ok = s->moreau.keeps ? tr_solve_in_modes(s) : n ? tr_moreau_decide(s, rest, n, h) : runs ? tr_solve_in_modes(s) : tr_solve_multipliers(s, 1);
   s->moreau.h = 0.0;
-  /* detects dead centres; the friction of pairs is checked by the decisions */
+  /* detects dead centres; decisions have checked the friction of pairs */
   if (ok && !k->neta) ok = !(tr_check_solution(s, mid, 0, 0) & TR_BREAKS_LOOP);
   if (ok) tr_evaluate_stage2(s, mid, TR_A(s, z), TR_A(s, dy));
   return ok;

@@ -43,9 +43,9 @@ static int tr_has_pair_moving_backwards(tr_sim *s, double t, const double *y) {
 }
 
 /* Largest speed that unknown times of mode changes leave uncertain, relative to its tolerance. For a pair that stops in the step,
- * the speed before is uncertain; for a pair that starts, the speed after; for a pair that reverses, the sum of both. Two more kinds
- * of pair count. Pairs of the first kind are stuck at the end, but slip in the next step. The rate of pairs of the second kind
- * reversed without a change of mode. (The rates that decide modes have errors of h².) */
+ * the speed at the start is uncertain; for a pair that begins to slide, the speed at the end; for a pair that reverses, the sum of
+ * both. Pairs that are stuck at the end but slip in the next step count, too. So do pairs whose rate reversed without a change of
+ * mode. (The rates that decide modes have errors of h².) */
 static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *course) {
   const tr_kernel *k = s->k;
   const double t = s->clock.t;
@@ -101,9 +101,9 @@ static double tr_largest_start_acceleration(tr_sim *s) {
   return most;
 }
 
-/* Like tr_shortest_impulse_step, for accelerations above those of the rate scale. In this time, the accelerations at the start of
- * the step change speeds by at most LEAST_IMPULSE times the tolerance. A faster change is an impact. Accelerations in the modes at
- * the step's start and at its end both count, because a pair has no acceleration before its release. */
+/* Like tr_shortest_impulse_step, for accelerations above those of the rate scale. During the returned step, the accelerations at
+ * the start of the step change speeds by at most LEAST_IMPULSE times the tolerance. A faster change is an impact. Accelerations
+ * in the modes at the step's start and at its end both count, because a pair has no acceleration before its release. */
 static double tr_shortest_impulse_step_from_start(tr_sim *s, const tr_moreau_course *course) {
   const int failure = s->step.failure;
   tr_mode end[s->k->nsliders + 1];

@@ -56,16 +56,17 @@ static double tr_find_first_end(tr_sim *s, double h, const tr_moreau_course *cou
   return found == TR_FOUND && (hit || which >= n || tr_is_stuck(s, which)) ? theta : 1.0;
 }
 
-/* Whether a pair that is stuck at the start of the last step slips before its end. */
+/* Whether a pair that is stuck at the start of the last step slips before the end of the step. */
 static int tr_has_released(const tr_sim *s, const tr_moreau_course *course) {
   for (int i = 0; i < s->k->nsliders && !course->steady; ++i)
     if (tr_is_set_valued(s, i) && tr_mode_flag(course->start + i) == TR_STUCK && (tr_mode_flag(course->middle + i) != TR_STUCK || !tr_is_stuck(s, i))) return 1;
   return 0;
 }
 
-/* Place in the last step where a pair that is stuck at its start exceeds its capacity in the modes of the start. Speeds do not show
- * this place, because they grow from zero after the release. Returns EARLY if there is no such place: the pair was then released
- * too early. Returns 1 if the place is the start or end of the step (course->let_go), or if another event is earlier. */
+/* Place in the last step where a pair exceeds its capacity, if the pair is stuck at the start of the step. The modes are those of
+ * the start. Speeds do not show this place, because they grow from zero after the release. Returns EARLY if there is no such place:
+ * the pair was then released too early. Returns 1 if the place is the start or end of the step (course->let_go), or if another
+ * event is earlier. */
 static double tr_find_first_release(tr_sim *s, double h, tr_moreau_course *course) {
   const int n = tr_state_width(s), nz = tr_z_length(s);
   tr_mode end[s->k->nsliders + 1];

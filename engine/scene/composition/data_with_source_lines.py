@@ -24,7 +24,7 @@ class Budget:
     left: int = field(default_factory=lambda: MOST)
 
     def spend(self, count: int) -> None:
-        """Subtract ``count`` added values; TooMuch when the budget is exceeded."""
+        """Subtract ``count`` added values. Raises TooMuch when the budget is exceeded."""
         self.left -= count
         if self.left < 0:
             raise TooMuch

@@ -17,7 +17,7 @@ STRICT: Any = {"extra": "forbid", "defer_build": True}
 
 
 class Marker:
-    """Marks a type with an annotation of pydantic, which is imported when a scene is validated."""
+    """Marks a type with an annotation of pydantic. The package pydantic is imported when a scene is validated."""
 
     name = ""
     """Name of the annotation's class."""

@@ -79,7 +79,7 @@ def unit_of(scene: Scene, path: Path) -> str:
         if "nonlinear" in path:
             return _law_unit(path[3:], "m", "N")
         if "at" in path:
-            return PLAIN  # the values ``at`` are in the unit of the input
+            return PLAIN  # the values at ``at`` are in the unit of the input
         return _load_unit(path, "N" if isinstance(scene.forces[str(path[1])], Force) else "N*m")
     if path[0] == "parameters":
         return _own_unit(scene.parameters[str(path[1])])

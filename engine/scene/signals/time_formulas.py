@@ -27,8 +27,8 @@ OPERATIONS = ("+", "-", "*", "/", "neg", "square", "inverse", *PERIODIC, "exp", 
 
 @lru_cache(maxsize=256)  # users write the formulas, so the cache is bounded
 def separate(formula: str) -> tuple[Tree, tuple[str, ...]]:
-    """The tree of a formula, and its constant parts as expressions in braces. UnitError in two cases: the formula cannot be read,
-    or a part that depends on time is not a smooth function that the step control can follow."""
+    """The tree of a formula, and its constant parts as expressions in braces. Raises UnitError in two cases: the formula cannot be
+    read, or a part that depends on time is not a smooth function that the step control can follow."""
     numbers: list[Node] = []
     tree = _separate(parse_formula(formula, timed=True).root, numbers)
     if not any(part == ("time",) for part in parts(tree)):
@@ -45,8 +45,9 @@ def parts(tree: Tree) -> Iterator[Tree]:
 
 
 def computed(tree: Tree, number: Callable[[int], T], variable: Callable[..., T], operation: Callable[..., T]) -> T:
-    """The result of a tree. Three functions give the results of nodes. number: of a number, by its index. variable: of the time, or
-    of a coordinate by its index. operation: of an operation, by its name and the results of its operands."""
+    """The result of a tree. Three functions give the results of nodes. number: result of a number, from its index. variable: result
+    of the time, or of a coordinate from its index. operation: result of an operation, from its name and the results of its
+    operands."""
     if tree[0] == "number":
         return number(tree[1])
     if tree[0] in ("time", "place"):

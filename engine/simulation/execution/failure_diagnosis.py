@@ -102,8 +102,8 @@ def describe_loop(system: System, cut: Joint) -> str:
 
 
 def loop_joints(system: System, cut: Joint) -> list[Joint]:
-    """The joints of the loop that a cut joint closes: the path through the tree from the cut joint's inboard part to its outboard
-    part, then the cut joint. For a coupling, these are the leader and the follower."""
+    """The joints of the loop that a cut joint closes. These are the tree joints between the two parts of the cut joint, from
+    inboard to outboard, then the cut joint. For a coupling, these are the leader and the follower."""
     if cut.mimic:
         return [system.tree[cut.mimic.leader], system.tree[cut.mimic.follower]]
     ways = [[system.tree[body] for body in way_to_ground(system.bodies, end)] for end in (cut.inb, cut.out)]

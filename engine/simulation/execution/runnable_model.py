@@ -79,7 +79,7 @@ class Model:
         status = self.block.start(t, until, every, row)
         if status != bl.NEED_REDUNDANT:
             return status
-        y, x = self.block.y.copy(), self.block.x.copy()  # x contains the flags of open contacts
+        y, x = self.block.y.copy(), self.block.x.copy()  # x is copied for the flags of open contacts
         self._load(redundant=True)
         self.block.configure(settings)
         self.block.y[:], self.block.x[:] = y, x

@@ -101,7 +101,8 @@ def _tree_starts(
 ) -> tuple[np.ndarray, np.ndarray, list[str]] | None:
     """(q, v, notes): start values of the tree joints, from the start of the scene that is cut elsewhere and whose points are held.
     None if that scene uses no more of the given values than ``built``, or if that scene cannot start. light: whether the cuts of
-    ``built`` depend on masses; the start then does not. Raises SceneError if the points cannot be held."""
+    ``built`` depend on masses; the start is then computed with cuts that do not depend on masses. Raises SceneError if the points
+    cannot be held."""
     holders = {name: joint for name, (_, joint) in points.items()}
     there = build(replace(elsewhere, joints=elsewhere.joints | holders))
     if not all(may_be_cut(elsewhere.joints[j.name]) for j in there.system.joints if j.cut and j.name not in holders):

@@ -67,9 +67,9 @@ def _changes(model: Model, wanted: list[Column], settings: bl.Settings) -> np.nd
 
 
 def _by_loop(model: Model, wanted: list[Column], changes: np.ndarray) -> Iterator[np.ndarray]:
-    """Changes along single directions (n × columns). ``changes`` contains directions of several loops, then rows that structure
-    removes. In the second part, each direction moves one such row of every loop of a group at once. The function splits these
-    directions by loop; loops without drives stay in one direction."""
+    """Changes along single directions (n × columns). The first rows of ``changes`` are directions that are already single. In each
+    further row, every loop of a group moves one constraint row that structure removes. The function splits such a row by loop;
+    loops without drives stay together."""
     joints = tuple(c.subject[0] for c in wanted)
     if joints not in model.columns_of_loops:
         model.columns_of_loops[joints] = _columns_of_loops(model, joints, np.array([c.kind == "drive" for c in wanted]))

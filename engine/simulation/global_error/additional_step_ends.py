@@ -1,5 +1,5 @@
-"""Additional step ends in the tighter of two runs. Without additional step ends, both runs would begin with the same steps, and the
-difference of the runs would not show the errors of these steps."""
+"""Additional step ends in the tighter of two runs. Without additional step ends, both runs would begin with the same steps. The
+difference of the runs would then not show the errors of these steps."""
 
 from __future__ import annotations
 

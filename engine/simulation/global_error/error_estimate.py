@@ -119,7 +119,7 @@ def _floor(run: Result, k: Kinds) -> np.ndarray:
 
 
 def _ahead(found: np.ndarray, rows: int) -> np.ndarray:
-    """Errors (rows × n). Each row contains the errors of a later row: AHEAD times ``rows`` later."""
+    """Errors (rows × n). Each row of the result contains the errors of the row that is AHEAD · ``rows`` rows later."""
     later = np.arange(len(found)) + int(np.ceil(AHEAD * rows))
     return found[np.minimum(later, len(found) - 1)]
 

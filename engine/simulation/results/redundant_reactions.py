@@ -43,7 +43,8 @@ class Redundancy:
     determined: tuple[Combination, ...] = ()
 
     def or_at(self, later: Redundancy) -> Redundancy:
-        """The redundancy at this state or at a later state of the run: a column is unique only if it is unique at both."""
+        """The redundancies of this state and of a later state of the run, as one. A column is unique only if it is unique at both
+        states."""
         def both(a: tuple[str, ...], b: tuple[str, ...]) -> tuple[str, ...]:
             return tuple(dict.fromkeys((*a, *b)))
 

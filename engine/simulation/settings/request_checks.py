@@ -38,7 +38,7 @@ def check_settings(
 
 
 def method_problems(scene: Scene, method: str) -> list[Problem]:
-    """What the method cannot integrate in the scene."""
+    """A problem for each part of the scene that the method cannot integrate."""
     if method not in TIME_STEPPING:
         return []
     laws = [f"{method} cannot integrate the friction law {law}" for law in stiff_laws(scene)[:1]]

@@ -99,7 +99,7 @@ def settings_read(
 
 
 def settings_given(who: str, given: Mapping[str, Any]) -> dict[str, Any]:
-    """SI values of the settings of an interface. SceneError, with all problems, if a value is wrong."""
+    """SI values of the settings of an interface. Raises SceneError with all problems if a value is wrong."""
     values, problems = settings_read(who, given)
     raise_problems(problems)
     return values

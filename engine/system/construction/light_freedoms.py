@@ -1,5 +1,5 @@
-"""Light freedoms (theory, "Light bodies"): the freedoms of a tree joint on a loop, if the body that the joint carries is much
-lighter than other bodies on loops."""
+"""Light freedoms (theory, "Light bodies"). The freedoms of a tree joint on a loop are light if the body that the joint carries is
+much lighter than other bodies on loops."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ the loop equations lose n digits. Above this limit, the equations keep the digit
 def light_freedoms(
     scene: Scene, table: ParameterTable, bodies: Sequence[Body], joints: Sequence[Joint], more: Sequence[Joint]
 ) -> list[LightFreedom]:
-    """All light freedoms of tree joints. A joint is judged by the body that it carries, without heavier bodies outboard. (A wheel
-    that turns freely on a shaft adds nothing to the shaft's inertia about the axis.) The function compares this body with the
-    bodies on the loops, and with all bodies outboard of them. more: couplings, which also close loops."""
+    """All light freedoms of tree joints. The function judges a joint by the body that the joint carries, without heavier bodies
+    outboard. (A wheel that turns freely on a shaft adds nothing to the shaft's inertia about the axis.) The carried body is
+    compared with the bodies on the loops, and with all bodies outboard of the loops. more: couplings, which also close loops."""
     on_loops = _bodies_on_loops(bodies, [j for j in joints if j.cut] + list(more))
     if not on_loops:
         return []

@@ -33,9 +33,9 @@ class Spanning:
 def cutting_cost(j: Joint, light: bool, tied: bool = False) -> tuple[int, int]:
     """The cost of cutting a joint, a tuple that compares lexicographically.
 
-    The first entry adds up the reasons against a cut. Three facts exclude a cut: most of all the joint's type, then a drive or
-    rotor, and ``tied`` (the joint follows or leads another joint). Reasons against a cut are the scene's key ``cut``, a light body,
-    devices, and forces that depend on an angle. (The angle of a cut joint is measured within ±π; outside this range, these forces
+    The first entry adds up the reasons against a cut. The largest terms exclude a cut: the joint's type, a drive or rotor, and
+    ``tied`` (the joint follows or leads another joint). Smaller terms are the scene's key ``cut``, a light body, devices, and
+    forces that depend on an angle. (The angle of a cut joint is measured within ±π; outside this range, these forces
     would be wrong.) The second entry counts friction, given start values and new multipliers. A spherical joint is the best cut: it
     adds only three multipliers and saves a quaternion."""
     kind = REGISTRY[j.type]
@@ -49,7 +49,8 @@ def cutting_cost(j: Joint, light: bool, tied: bool = False) -> tuple[int, int]:
 
 
 def closing_joints(scene: Scene, prescribed: Collection[str]) -> list[str]:
-    """Those prescribed joints whose motion follows, because all other joints of a loop are prescribed, too."""
+    """Prescribed joints whose motion follows from the motion of a loop's other joints, because all these other joints are
+    prescribed."""
     moves = Drive(constant=Constant(0.0))
     driven = replace(scene, joints={n: replace(j, drive=moves) if n in prescribed else j for n, j in scene.joints.items()})
     return [n for n in span(driven).cut if n in prescribed]

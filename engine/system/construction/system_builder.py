@@ -48,7 +48,7 @@ class Built:
 def fit(j: sm.Joint) -> Fit:
     """Roles of a joint's parts: which part carries the pin, and which part has the contacts at its ends (``Fit``)."""
     out = j.pin == "outboard"
-    if j.ends is None or REGISTRY[j.type].slides_along < 0:  # without sliding, the choice has no effect
+    if j.ends is None or REGISTRY[j.type].slides_along < 0:  # the part with the ends matters only for joints that slide
         return Fit(out)
     if j.ends == OVERLAP:
         return Fit(out, OVERLAP if j.friction is not None else "pin")

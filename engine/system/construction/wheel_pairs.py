@@ -141,7 +141,6 @@ def wheels(scene: sm.Scene, table: ParameterTable, where: dict[str, BodyPose], n
 
 
 def _wrap(a: np.ndarray, s: np.ndarray, of: Sizes) -> float:
-    """Angle of wrap about the smaller pulley, rad: π minus the inclination of both strands; π plus this inclination for a crossed
-    belt."""
+    """Angle of wrap about the smaller pulley, rad: π minus the angle between the strands; for a crossed belt, π plus this angle."""
     r1, r2 = of.radii("wheels", Numeric)
     return math.pi + 2 * math.asin((r1 + r2) / float(np.linalg.norm(s - (s @ a) * a)))

@@ -1,5 +1,5 @@
-"""Data of joints that carry no body but couple two bodies: wheels that roll on each other, cams with followers, points on curves,
-and freedoms that follow another freedom."""
+"""Data of joints that carry no body but couple two bodies: pairs of wheels, cams with followers, points on curves, and freedoms
+that follow another freedom."""
 
 from __future__ import annotations
 

@@ -29,8 +29,8 @@ def bodies_of_loop(system: System, c: Joint) -> list[int]:
 
 
 def loop_joints(system: System) -> list[Joint]:
-    """Joints on any loop, in the order of the system's joints: the cut joints, and the tree joints on the path between the two
-    bodies of each cut joint."""
+    """Joints on any loop, in the order of the system's joints. These are the cut joints, and the tree joints on the path between
+    the two bodies of each cut joint."""
     cuts = system.joints[len(system.bodies) :]
     wanted = {c.name for c in cuts} | {system.tree[b].name for c in cuts for b in bodies_of_loop(system, c)}
     return [j for j in system.joints if j.name in wanted]
@@ -81,8 +81,8 @@ def springs_of(j: Joint) -> int:
 
 
 def rubbing_on_loops(system: System) -> list[tuple[Element, int, int]]:
-    """For each joint with friction on a loop: the joint, the index of its first row among the scaled reactions, and the number of
-    its rows that friction changes."""
+    """For each joint with friction on a loop: the joint, index of its first row among the scaled reactions, number of its rows that
+    friction changes."""
     first, at = {}, 0
     for name, rows in rows_of(system):
         first[name] = at

@@ -74,15 +74,15 @@ static fmu_status fmu_arrived(fmu_instance *m, int status, double target) {
     return fmu_audit(m);
   }
   s->reached = fmax(s->time, tr_time(FMU_SIM(s)));
-  s->time = s->reached, FMU_SIM(s)->set.brief = 0; /* the last row of a run is whole, because no copy can continue */
+  s->time = s->reached, FMU_SIM(s)->set.brief = 0; /* a failed run cannot be copied, so its last row contains all outputs */
   s->ready = tr_row(FMU_SIM(s), FMU_A(s, row)) == TR_OK, s->deferred = FMU_COSTLY;
   if (status == TR_MORE)
     return fmu_log(m, FMU_DISCARD, "the communication step stopped at t = %.17g s after solver.max_steps = %ld internal steps: increase solver.max_steps", s->reached, fmu_most_steps(s));
   return fmu_failed(m, status, FMU_DISCARD);
 }
 
-/* Advance by h to `target`, by internal steps or by one bounded step. The row of outputs at `target` is computed when the host reads
- * an output; bounded steps and error estimates need it now. Returns the status of the runtime. */
+/* Advance by h to `target`, by internal steps or by one bounded step. The row of outputs at `target` is computed later, when the
+ * host reads an output. With bounded steps or error estimates, the row is computed at once. Returns the status of the runtime. */
 static int fmu_reach(fmu_instance *m, double target, double h) {
   static const char *const said[] = {0, "one step of impulses", "one step of impulses whose friction a few sweeps found"};
   fmu_state *s = m->state;

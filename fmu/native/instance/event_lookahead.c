@@ -3,7 +3,8 @@
 
 #define LOOK_AHEAD 1.0 /* longest wait for the record of a reversal, relative to 1/rate */
 
-#define DUE 32         /* largest number of events in a look-ahead; the clocks of further events tick when these are recorded */
+#define DUE 32         /* largest number of events in a look-ahead; the clocks of further events tick when these events are
+                          recorded */
 
 /* Result of a look-ahead. */
 typedef struct fmu_sight {
@@ -21,8 +22,8 @@ static int fmu_can_look(fmu_instance *m) {
   return m->ahead && m->before;
 }
 
-/* Whether state s contains recorded events that are not yet reported and that end a step from time `from`. sight: look-ahead result
- * to update, or NULL. An event at or before `from` counts at the time of its record. */
+/* Whether state s contains recorded events that the host does not know yet, and that end a step that begins at `from`. sight:
+ * look-ahead result to update, or NULL. An event at or before `from` counts at the time of its record. */
 static int fmu_new_events(const fmu_state *s, double from, fmu_sight *sight) {
   tr_sim *sim = FMU_SIM(s);
   const tr_event *e = (const tr_event *)tr_array(sim, TR_ARRAY_EVENTS);
@@ -67,7 +68,7 @@ static int fmu_go_past(fmu_instance *m, double t, double limit, double from, fmu
   for (;;) {
     const int ended = tr_reach_event(sim, t, fmax(t, limit), (long)MANY_STEPS, FMU_A(m->ahead, row), 0);
     if (ended != TR_EVENT) return ended == TR_DONE;
-    const double known = sight->known; /* the events here are recorded after the end of the step, so they must not change `known` */
+    const double known = sight->known; /* restored below, because these events are recorded only after the end of the step */
     fmu_new_events(m->ahead, from, sight);
     sight->known = known;
     tr_events_take(sim);

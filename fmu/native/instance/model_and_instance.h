@@ -96,7 +96,7 @@ enum { FMU_COSIMULATION = 1, FMU_EXCHANGE = 2 };
 typedef struct fmu_model {
   const char *guid, *name;
   int types; /* bits FMU_COSIMULATION, FMU_EXCHANGE */
-  int outputs, inputs, derivatives, settings, followers; /* followers: number of settings at the end that expressions compute */
+  int outputs, inputs, derivatives, settings, followers; /* followers: number of last settings, which expressions compute */
   const int *derivative; /* for each derivative input: 2 · index of its input, + 1 for the second derivative */
   const int *whole;      /* for each variable: 1 for an integer variable, else 0 */
   const int *slope;      /* for each output: index of its time derivative among the outputs; −1: none; −2: discrete output */
@@ -143,9 +143,9 @@ enum { FMU_NEW_INPUTS = 1, FMU_NEW_PARAMETERS = 2, FMU_NEW = FMU_NEW_INPUTS | FM
 /* Outputs that a host has not read yet: all outputs, and the costly outputs, which rows may omit. */
 enum { FMU_ROW = 1, FMU_COSTLY = 2 };
 
-/* An input from the present communication point on. told: derivatives from fmi2SetRealInputDerivatives. given: derivatives from
- * derivative inputs. A motion that follows the input uses the other fields. last, before: values at the last two changes. last_t,
- * before_t: times of these changes, s. changes: number of consecutive communication points with changes. */
+/* An input, valid from the present communication point on. told: derivatives from fmi2SetRealInputDerivatives. given: derivatives
+ * from derivative inputs. A motion that follows the input uses the other fields. last, before: values at the last two changes.
+ * last_t, before_t: times of these changes, s. changes: number of consecutive communication points with changes. */
 typedef struct fmu_input {
   double value, told[2], given[2];
   double last, last_t, before, before_t;

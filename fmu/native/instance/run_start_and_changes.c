@@ -57,8 +57,8 @@ static void fmu_bound(fmu_state *s) {
   set->evaluations = (int)fmu_setting_of(s, FMU_MOST_EVALUATIONS, 1.0), set->iterations = (int)fmu_setting_of(s, FMU_MOST_ITERATIONS, 1.0);
 }
 
-/* Whether rows omit costly outputs: then fmu_add_costly computes them when a host reads one. A plain library cannot copy its
- * state for this. */
+/* Whether rows omit costly outputs. If so, fmu_add_costly computes these outputs when a host reads one of them. This requires a
+ * copy of the state, which a plain library cannot make. */
 static int fmu_omits_costly(const fmu_instance *m) {
 #if defined FMU_ALONE
   (void)m;

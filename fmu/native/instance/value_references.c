@@ -1,5 +1,5 @@
-/* Value references, in this order: outputs, inputs, derivative inputs, sources of inputs, parameters, clocks (FMI 3.0), states, state derivatives,
- * event indicators. */
+/* Value references. Their order is: outputs, inputs, derivative inputs, sources of inputs, parameters, clocks (FMI 3.0), states,
+ * state derivatives, event indicators. */
 
 /* Number of inputs of the scene and of derivative inputs. The sources of inputs follow these. */
 static int fmu_first_source(void) { return MODEL->inputs + MODEL->derivatives; }

@@ -109,7 +109,8 @@ static fmu_status fmu_try(fmu_instance *m, int r, double value, double *trial) {
   return status;
 }
 
-/* Check a value for the reference of a state. FMI sets states by SetContinuousStates, some importers set states as variables. */
+/* Check a value for the reference of a state. In FMI, SetContinuousStates sets the states, but some importers set states as
+ * variables. */
 static fmu_status fmu_try_state(fmu_instance *m, fmu_reference r, double value) {
   const int in_run = m->state->mode == FMU_EVENTS || m->state->mode == FMU_CONTINUOUS;
   FMU_NEED(m->exchange && in_run && r < fmu_first_state() + (unsigned)fmu_states(),

@@ -1,5 +1,5 @@
 /* Access to variables in FMI 3.0. Variables have the value references of FMI 2.0; an array has the reference of its first value.
- * Further references belong to the time, to the clocks with the times and the numbers of their ticks, and to the joint of the last
+ * Further references belong to the time, to each clock with the time and the number of its ticks, and to the joint of the last
  * event. */
 
 #define FMI3_NONE (-1)
@@ -22,7 +22,7 @@ static size_t fmi3_numbers(const fmi3ValueReference vr[], size_t n) {
   return all;
 }
 
-/* Whether a host can access a variable between communication points, as is allowed for continuous inputs and outputs only. */
+/* Whether a host can access a variable between communication points. Only continuous inputs and outputs allow this. */
 static int fmi3_is_between(fmi3ValueReference r) {
   if (r >= (unsigned)(MODEL->outputs + fmu_all_inputs()) || fmi3_type(r) != FMU_FLOAT64) return 0;
   return (int)r >= MODEL->outputs || MODEL->slope[r] != -2;

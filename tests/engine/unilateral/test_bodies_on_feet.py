@@ -135,7 +135,7 @@ def test_a_plate_on_three_feet_slides_and_spins_as_an_independent_integration_sa
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(120))
 def test_a_box_on_four_feet_slides_stops_and_then_tips_or_slides_as_by_hand(seed: int) -> None:
-    """While the box slides, μ h/b of the load moves from the rear to the front feet. At rest, equal contacts share the load equally.
+    """While the box slides, μ h/b of the load moves from the rear to the front feet. At rest, equal contacts share it equally.
     A push at the height k tips the box at F k = m g b. It slides the box at F = μ m g."""
     rng = np.random.default_rng(seed)
     half, wide, high, mass = rng.uniform(0.15, 0.3), rng.uniform(0.1, 0.2), rng.uniform(0.2, 0.4), rng.uniform(1, 5)
