@@ -106,7 +106,7 @@ class Start:
     qd: Rates | None = None
     """Rates: a number or a list."""
     use: Literal["exact", "rounded", "guess"] = "rounded"
-    """exact: loops never change the values, and the run is refused if they cannot be closed. rounded: the values may change where
+    """exact: loops never change the values; the run is refused if loops cannot be closed. rounded: the values may change where
     loops cannot be closed otherwise. guess: the search for closed loops begins at the values, and may change them freely."""
 
 
