@@ -42,7 +42,7 @@ def reference_run(scene: Scene, numbers: Numbers, settings: dict[str, Any]) -> R
 
 
 def _larger(one: Certainty, stated: Certainty) -> bool:
-    """Whether an error of the first statement exceeds the error of the second, or has no counterpart in the first."""
+    """Whether an error of ``one`` exceeds the same error of ``stated``, or ``one`` is valid for a shorter time."""
     return one.promise.until < stated.promise.until or bool((one.error > stated.error).any())
 
 

@@ -123,7 +123,7 @@ def library(name: str, identifier: str, sources: dict[str, str], standard: str =
 
 
 def prepare(names: Sequence[str], sources: dict[str, str], standard: str = "2.0") -> None:
-    """Compile the object files of several platforms in parallel, except those in the cache. Ctrl-C ends all compilers."""
+    """Compile the object files of several platforms in parallel, except the files in the cache. Ctrl-C ends all compilers."""
     targets = list(dict.fromkeys(t for n in names for t in PLATFORMS[n].targets))
     files = [f for f in sources if f != "model"]
     with side_by_side(os.cpu_count() or 1) as submit:

@@ -36,7 +36,7 @@ class Function:
 
 def fixed(text: str, checked: bool = False) -> str:
     """The text without variable-length arrays. checked: whether the macro ``TR_FITS`` checks each length against its bound at run
-    time. Who compiles the text must then define this macro. BoundMissing for a length without a known bound."""
+    time. If so, the user who compiles the text must define this macro. BoundMissing for a length without a known bound."""
     out, at = [], 0
     for d in definitions(text):
         made = Function(d.name, text[d.body : d.end])
