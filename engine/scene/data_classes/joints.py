@@ -54,9 +54,9 @@ class Friction:
     """The frictional contact of a joint: geometry of the pin, and the law between pin and bearing."""
 
     law: LawName | None = None
-    """Friction law; default: that of the scene."""
+    """Friction law; default: the scene's."""
     normal_force: NormalForce | None = None
-    """Computation of the normal force; default: that of the scene."""
+    """Computation of the normal force; default: the scene's."""
 
     if TYPE_CHECKING:
 
