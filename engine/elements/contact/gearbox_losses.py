@@ -22,7 +22,7 @@ EFFICIENCY = Size(
 )  # fmt: skip
 BACKWARD = Size(
     "efficiency_backward", "1", "efficiency if power flows from output to input; 0 is self-locking; default: 2 - 1/efficiency, at "
-    "least 0", Bound(0.0, 1.0, advice="an efficiency is a fraction of the power; a self-locking gear unit has 0"), "0.8",
+    "least 0", Bound(0.0, 1.0, advice="an efficiency is a fraction of the power; self-locking: 0"), "0.8",
     needed=False, symbol="η_b", bears=False, by_load=True,
 )  # fmt: skip
 NO_LOAD = Size(
