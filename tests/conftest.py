@@ -39,17 +39,17 @@ prepare(chosen(("host",), "2.0"), {})
 def pytest_configure(config: pytest.Config) -> None:
     """Make Ctrl-C act as at a terminal; a shell that starts the tests in the background lets them ignore it.
 
-    Kernels are compiled without optimisation, unless TRUNNION_QUICK_BUILD is 0, because the compiler took more than a third of the
-    tests' time.
+    Kernels are compiled without optimisation, unless TRUNNION_QUICK_BUILD is 0, because the compiler would otherwise take more than
+    a third of the tests' time.
 
     Tests and their programs may write compiled modules beside the sources, even if an environment variable forbids writing.
-    Otherwise each of some two hundred programs would compile our modules again (0.2 to 0.5 s)."""
+    Otherwise each of some two hundred programs would compile Trunnion's modules again (0.2 to 0.5 s)."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ.setdefault("TRUNNION_QUICK_BUILD", "1")
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False
-    gc.disable()  # collecting ten thousand tests makes few reference cycles; searching for them took a seventh of the time
+    gc.disable()  # collecting ten thousand tests makes few reference cycles; the search for cycles takes a seventh of the time
     if not hasattr(config, "workerinput") and config.getoption("dist", "no") != "no" and not config.getoption("collectonly"):
         # The runtime is compiled while test processes collect tests. Otherwise each process would compile it at its first run.
         quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -67,7 +67,7 @@ def pytest_collection_finish() -> None:
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """Two more processes than processors, because tests of the service spend a third of their time waiting for servers, workers and
-    browsers. With only one more process, two processors were idle for a sixth of the time."""
+    browsers. With only one more process, two processors would be idle for a sixth of the time."""
     return (os.cpu_count() or 1) + 2
 
 

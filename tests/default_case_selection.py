@@ -37,8 +37,8 @@ def slow(value: Any) -> Any:
 
 
 def _pairwise(cases: list[tuple[int, ...]]) -> set[tuple[int, ...]]:
-    """Cases in which every pair of values occurs. They are chosen one after the other: the next case is the first of those with the
-    largest number of new pairs."""
+    """Cases in which every pair of values occurs. The cases are chosen one after the other. The next case is the first case with
+    the largest number of new pairs."""
     met: set[tuple[tuple[int, int], ...]] = set()
     kept = set()
     while True:
@@ -67,7 +67,7 @@ def keep_default_cases(tests: Iterable[pytest.Item]) -> None:
 
 
 def _most_varied(cases: list[pytest.Item], keep: int) -> tuple[list[pytest.Item], list[pytest.Item]]:
-    """(kept, others). Kept cases are chosen one after the other. The next case is the first of those with the largest number of
+    """(kept, others). Kept cases are chosen one after the other. The next case is the first case with the largest number of
     parameter values that no kept case has."""
     met: set[tuple[str, Any]] = set()
     kept, others = [], list(cases)

@@ -53,9 +53,9 @@ def rest(count: int) -> Problem:
 class SceneError(ValueError):
     """The scene (or an option) has one or more problems.
 
-    ``.problems`` holds the first MOST problems. If there are more problems, a last line states their number. ``.total`` is the
-    number of all problems. If ``problems`` joins the lists of several errors, the counts in the last lines of these lists are added
-    up. more: number of problems that the caller has not listed."""
+    ``.problems`` holds at most MOST problems, and a last line with the number of further problems. ``.total`` is the number of all
+    problems. The argument ``problems`` may contain such last lines of other errors; their numbers add up. The argument ``more`` is
+    the number of problems that the caller has not listed."""
 
     def __init__(self, problems: Iterable[Problem], more: int = 0):
         told = list(problems)

@@ -70,7 +70,7 @@ def _make(owner: type, options: dict[str, Any]) -> None:
             _make_copy_first(owner, options, standing)
             return
         for name in standing:
-            if name != INIT:  # pydantic sets it; until then, other threads wait in it
+            if name != INIT:  # pydantic replaces ``__init__``; until then, other threads wait in it
                 delattr(owner, name)
         _decorated(owner, options)
         setattr(owner, INIT, _locked(vars(owner)[INIT]))

@@ -36,7 +36,8 @@ def monotone(x: SX, at: Sequence[SX], value: Sequence[SX], flat: bool = True) ->
 
 def straight_beyond(x: SX, at: Sequence[SX], value: Sequence[SX]) -> tuple[SX, SX]:
     """(curve, integral of the curve from the first point to x). The curve has pieces as in ``monotone``. Beyond its ends, the curve
-    is straight, with the slopes of its first and last chord. At a point, the derivatives are those of the piece at larger x."""
+    is straight, with the slopes of its first and last chord. At a point of the curve, the derivatives of the piece at larger x
+    apply."""
     n = len(at)
     h = [at[i + 1] - at[i] for i in range(n - 1)]
     safe = [ca.if_else(x > 0, x, 1) for x in h]

@@ -19,8 +19,8 @@ REQUIREMENT = re.compile(r"^([\w.-]+).*;.*\bextra\s*==\s*['\"]([\w-]+)['\"]")
 
 @lru_cache(maxsize=1)
 def _extras() -> dict[str, set[str]]:
-    """The modules that each extra installs, by extra, from the metadata of the installation. The modules of an extra include those
-    of extras that it contains."""
+    """The modules that each extra installs, by extra, from the metadata of the installation. The modules of an extra include the
+    modules of the extras that it contains."""
     from importlib.metadata import PackageNotFoundError, requires
 
     try:

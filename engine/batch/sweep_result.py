@@ -133,8 +133,8 @@ def _saved(table: pyarrow.Table, path: str | os.PathLike[str]) -> Path:
 def trajectory(
     of: Plan, case: int, outputs: Sequence[str] | None = None, changes: Mapping[str, float] | None = None, certify: bool = False
 ) -> Result:
-    """Run one case of a plan by ``simulate``, with the kernel of the batch. changes: the varied numbers of the case, by default
-    those of the plan. certify: whether to estimate errors."""
+    """Run one case of a plan by ``simulate``, with the kernel of the batch. changes: the varied numbers of the case, by default as
+    in the plan. certify: whether to estimate errors."""
     from trunnion.simulation.run import simulate
 
     r = of.run

@@ -92,7 +92,7 @@ def chosen(names: Sequence[str], standard: str = "2.0") -> list[str]:
         if name in PLATFORMS and name not in folders:
             raise SceneError([Problem("--platform", f"FMI {standard} has no folder for {name}", "choose --fmi 3")])
         if name in NARROW:
-            what = f"{name} has 32 bits, where a call would not set the host's floating-point environment"
+            what = f"{name} has 32 bits, and 32-bit libraries would not set the floating-point environment"
             raise SceneError([Problem("--platform", what, "omit --platform, add --sources, and compile them on that machine")])
         if name != "all" and name not in folders:
             known = f"all, host, {', '.join(folders)}"
@@ -123,7 +123,7 @@ def library(name: str, identifier: str, sources: dict[str, str], standard: str =
 
 
 def prepare(names: Sequence[str], sources: dict[str, str], standard: str = "2.0") -> None:
-    """Compile the object files of several platforms in parallel, except those in the cache. Ctrl-C ends all compilers."""
+    """Compile the object files of several platforms in parallel, except the files in the cache. Ctrl-C ends all compilers."""
     targets = list(dict.fromkeys(t for n in names for t in PLATFORMS[n].targets))
     files = [f for f in sources if f != "model"]
     with side_by_side(os.cpu_count() or 1) as submit:

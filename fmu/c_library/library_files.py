@@ -34,7 +34,7 @@ EXAMPLE_STEPS = 100
 class Library:
     """A mechanism as a C library. name: prefix of files and functions. files: texts by file name. called: variables by the names of
     their C constants. bytes: size of the struct. step: communication step of the example, s. first: result of a short run from the
-    start. operations: bound of a real-time step, None without one. promise: that bound in words
+    start. operations: bound of a real-time step, None without one. promise: ``operations`` in words
     (``simulation.settings.realtime_steps``)."""
 
     name: str

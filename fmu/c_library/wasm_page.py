@@ -32,7 +32,8 @@ SETTINGS = "solver."
 
 
 def web(scene: Given, overrides: Mapping[str, Any] | None = None, step: float = 0.0) -> dict[str, bytes]:
-    """Two files: the page, which contains the WebAssembly module, and the module alone. The errors are those of ``library``."""
+    """Two files: the page, which contains the WebAssembly module, and the module alone. The errors are the errors of
+    ``library``."""
     made = library(scene, overrides, ALL, step)
     module = wasm(made)
     given = {"title": escape(made.first.scene.title or made.first.scene.name), "wasm": base64.b64encode(module).decode()}

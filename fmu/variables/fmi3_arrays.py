@@ -15,7 +15,7 @@ FLOAT64, ENUMERATION = "Float64", "Enumeration"
 CODES = {FLOAT64: "FMU_FLOAT64", ENUMERATION: "FMU_INT64", INT32: "FMU_INT32", UINT64: "FMU_UINT64", BOOLEAN: "FMU_BOOLEAN"}
 """Names in the C enumeration ``fmu_type`` (``model_and_instance.h``), by FMI type."""
 SPACE = 3
-"""Smallest number of components of an array of parameters. A vector with omitted components (those with the value 0) remains a set
+"""Smallest number of components of an array of parameters. A vector with omitted components (which have the value 0) remains a set
 of scalars."""
 COUNTS = ("events.count", "solver.max_steps", "solver.events", "solver.evaluations", "solver.iterations", "realtime.overruns")
 FLAGS = ("events.last.marginal",)

@@ -29,7 +29,7 @@ def fit_body(
     trials: Mapping[str, Experiment | Mapping[str, Any]] | None = None,
     **more: Any,
 ) -> dict[str, Any]:
-    """The field ``fit`` of a request. The arguments are those of ``trunnion.fit``, ``trunnion.compare`` (candidates) and
+    """The field ``fit`` of a request. The arguments are the arguments of ``trunnion.fit``, ``trunnion.compare`` (candidates) and
     ``trunnion.propose`` (trials). more: bounds, priors, level, intervals. SceneError unless exactly one of ``time`` and ``runs`` is
     given."""
     if (time is None) == (not runs):

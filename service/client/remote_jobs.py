@@ -58,7 +58,8 @@ class Connection:
         idempotency_key: str = "",
         **more: Any,
     ) -> Job:
-        """Submit a batch. The arguments are those of ``trunnion.sweep``. sample: {"ranges": {path: (low, high)}, "count": N,
+        """Submit a batch. The arguments are the arguments of ``trunnion.sweep``. sample: {"ranges": {path: (low, high)}, "count":
+        N,
         "seed": S, "method": "latin"}. more: other fields of ``POST /v1/jobs`` (optimise, refine, fit, until, every, rtol, method,
         cpu_limit, budget, label, tags, …)."""
         from trunnion.scene.file_format.yaml_writer import scene_to_dict
@@ -69,8 +70,8 @@ class Connection:
         return Job(self.server, self.server.request("POST", "/v1/jobs", json=body, headers=headers).json())
 
     def fit(self, scene: Given, parameters: Names, time: Any = None, measured: Mapping[str, Any] | None = None, **more: Any) -> Job:
-        """Submit a fit. The arguments are those of ``trunnion.fit``. more: other arguments of ``trunnion.fit``, ``candidates`` as
-        in ``trunnion.compare``, ``trials`` as in ``trunnion.propose``, and arguments of ``submit``."""
+        """Submit a fit. The arguments are the arguments of ``trunnion.fit``. more: other arguments of ``trunnion.fit``,
+        ``candidates`` as in ``trunnion.compare``, ``trials`` as in ``trunnion.propose``, and arguments of ``submit``."""
         asked = {n: more.pop(n) for n in FIELDS if n in more}
         return self.submit(scene, fit=fit_body(parameters, time, measured, **asked), **more)
 

@@ -52,8 +52,8 @@ class FitRun(RequestModel):
 
 
 class FitCandidate(RequestModel):
-    """A friction law to compare, or a changed scene. The parameters, bounds and priors of the candidate are added to those of the
-    fit."""
+    """A friction law to compare, or a changed scene. The parameters, bounds and priors of the candidate are added to the
+    parameters, bounds and priors of the fit."""
 
     law: PlainText = Field("", description="Friction law of all joints with friction; default: the scene's.")
     parameters: list[Path] = Field(default_factory=list, max_length=MOST_PARAMETERS)

@@ -1,5 +1,5 @@
-"""The statements that the store executes for every job. SQLAlchemy computes the cache key of a statement object once. Therefore one
-object for all calls costs a third of a new object for each call."""
+"""The statements that the store executes for every job. SQLAlchemy computes the cache key of a statement object once. Therefore a
+call with one shared object costs a third of a call with a new object."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""The table of parameters gives the numbers of many cases. They equal, bit for bit, the numbers of separate scenes, but no scene is
-built."""
+"""The table of parameters gives the numbers of many cases without building scenes. These numbers equal, bit for bit, the numbers of
+separately built scenes."""
 
 from __future__ import annotations
 

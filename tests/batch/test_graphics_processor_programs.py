@@ -1,4 +1,5 @@
-"""The C code of a mechanism compiles for graphics processors without changes. The cases that it computes are those of a sweep."""
+"""The C code of a mechanism compiles for graphics processors without changes. The compiled code computes the same cases as a
+sweep."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ def test_neighbours_change_no_bit(which: str) -> None:
 
 @pytest.mark.parametrize("which", SWEPT)
 def test_the_check_of_solutions_refuses_no_step_of_the_lanes(which: str) -> None:
-    """The check reads data that the lanes leave in memory. The check refuses no step, neither in lanes nor of a case that is
+    """The check reads data that the lanes leave in memory. The check accepts every step, of cases in lanes and of a case that is
     stepped alone."""
     r = runner(which, "lanes")
     r.chunk(0, 8)

@@ -66,7 +66,7 @@ def test_indices_are_those_that_scipy_finds_from_the_same_cases() -> None:
 
 
 def by_quadrature(name: str, ranges: dict[str, tuple[float, float]], of: str, **run: Any) -> np.ndarray:
-    """First and total indices and indices of pairs for a smooth result of a scene. They are computed from values at Gauss's
+    """First and total indices and indices of pairs for a smooth result of a scene. The indices are computed from values at Gauss's
     points."""
     points, weights = np.polynomial.legendre.leggauss(5)
     weights = weights / 2.0

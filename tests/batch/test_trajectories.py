@@ -1,5 +1,5 @@
-"""Rows stored for many cases of a sweep equal the rows of each case alone. They do not depend on the division into chunks, nor on
-where the batch ends."""
+"""Rows stored for many cases of a sweep equal the rows of each case alone. The stored rows do not depend on the division into
+chunks, nor on where the batch ends."""
 
 from __future__ import annotations
 

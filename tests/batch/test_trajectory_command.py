@@ -1,4 +1,4 @@
-"""``trunnion sweep`` and ``trunnion.sweep`` store the same rows of every case. They report mistakes before they run any case."""
+"""``trunnion sweep`` and ``trunnion.sweep`` store the same rows of every case. Both report mistakes before they run any case."""
 
 from __future__ import annotations
 

@@ -69,8 +69,8 @@ def whole() -> Result:
 
 
 def held_against(whole: Result, time: np.ndarray, data: np.ndarray, events: Any, end: float) -> None:
-    """Check rows and events up to the time of the interruption. They must equal those of the uninterrupted run bit for bit, and
-    none may be missing."""
+    """Check rows and events up to the time of the interruption. All rows and events of the uninterrupted run up to this time must
+    be present, bit for bit."""
     assert 0.0 < end < UNTIL
     assert len(time) == np.count_nonzero(whole.time <= end) > 1
     assert np.array_equal(data, whole.data[: len(data)], equal_nan=True)

@@ -1,5 +1,5 @@
-"""FMUs of the tests are compiled without optimisation, because compilation took half of the tests' time. On processors without
-fused operations, their results have the same bits as with optimisation."""
+"""FMUs of the tests are compiled without optimisation, because compilation would otherwise take half of the tests' time. On
+processors without fused operations, their results have the same bits as with optimisation."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from trunnion.simulation.settings.kernel_choice import kernel_for
 from trunnion.system.construction.system_builder import build
 
 ROWS, BEYOND = 200, 2.0
-"""Number of rows of a run; duration of the engine's run, relative to that of the FMU."""
+"""Number of rows of a run; duration of the engine's run, relative to the duration of the FMU's run."""
 REFERENCE = """
 import json, sys, numpy, trunnion
 from trunnion.kernel.compilation import c_compiler

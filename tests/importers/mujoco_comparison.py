@@ -61,8 +61,8 @@ def quiet(m: Any, constraints: bool = False) -> Any:
 
 
 def coordinates(m: Any, freedoms: list[MjcfJoint], q: np.ndarray, *rates: np.ndarray) -> list[dict[str, np.ndarray]]:
-    """MuJoCo's qpos and some of qvel or qacc, converted to those of the scene's joints: angular coordinates are in the inboard
-    frame, not in the frame of the body."""
+    """MuJoCo's qpos and some of qvel or qacc, converted to coordinates, rates or accelerations of the scene's joints. These have
+    angular components in the inboard frame, not in the frame of the body."""
     out: list[dict[str, np.ndarray]] = [{} for _ in range(1 + len(rates))]
     for j, f in enumerate(freedoms):
         a, v, at = m.jnt_qposadr[j], m.jnt_dofadr[j], {"ball": 0, "free": 3}.get(f.type)

@@ -45,7 +45,8 @@ def test_the_page_carries_the_rows_of_the_run(swing: Result) -> None:
 
 
 def test_springs_between_points_are_shown_from_end_to_end() -> None:
-    """Both springs of the governor are shown as the parts that the scene names. Their initial length is that of their geometry."""
+    """Both springs of the governor are shown as the parts that the scene names. Their initial length equals the length that the
+    geometry gives."""
     run = simulate("governor", until=0.01)
     data = content(run)
     parts = [p["name"] for p in data["parts"]]

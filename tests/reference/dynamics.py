@@ -16,7 +16,7 @@ from tests.reference.mechanics.newton_euler_equations import Equations
 
 @dataclass(frozen=True)
 class Result:
-    """Results for a scene at a state. Names and signs are those of notation.md; one entry per joint or body.
+    """Results for a scene at a state. Names and signs follow notation.md; one entry per joint or body.
 
     qdd             every joint, loop joints too
     acceleration    of each body's mass centre; ``angular`` its angular acceleration (world)

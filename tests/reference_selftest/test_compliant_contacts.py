@@ -33,7 +33,8 @@ def last(case: Scene, until: float) -> dict[str, float]:
 
 @pytest.mark.parametrize("walls", ["line", "slot"])
 def test_a_block_that_lands_loses_speed_by_friction_in_the_impact_and_then_slides(walls: str) -> None:
-    """It falls 0.1 m. The impact takes its falling speed, and the friction coefficient times this speed along the wall."""
+    """The block falls 0.1 m, or 0.03 m in the slot. The impact removes the falling speed. Along the wall, it removes the friction
+    coefficient times the falling speed."""
     mu, fall, speed, until = 0.3, 0.1, 2.0, 0.3
     touch = {"type": "point_on_curve", "curve": LINE} if walls == "line" else {
         "type": "pin_in_slot", "curve": SLOT, "slot": {"play": 0.02, "mouth": "both"}}  # fmt: skip

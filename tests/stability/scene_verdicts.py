@@ -22,7 +22,8 @@ def ran(scene: sm.Scene, rtol: float = 1e-8, rows: int = 20) -> Result:
 
 
 def holding(scene: sm.Scene, round_off: float = 0.0) -> str:
-    """The word "holds" or "slips" by statics. If a short run gives another result, this result follows. round_off: largest rate at
+    """The word "holds" or "slips" by statics. If a short run gives another result, the text also names this result. round_off:
+    largest rate at
     rest. With friction in a coupling of two shafts, the shafts' rates keep round-off; with friction in joints, rates are zero."""
     word = "holds" if hold(scene).holds else "slips"
     r = ran(scene)

@@ -54,7 +54,7 @@ class UnidentifiableGroup:
         which = f"{', '.join(self.names[:-1])} and {self.names[-1]}"
         combined = " and ".join(f"{self._combination(e)} (± {100 * s:.2g} %)" for e, s in self.determined)
         only = f"only {combined} {'is' if len(self.determined) == 1 else 'are'} determined" if combined else "all are undetermined"
-        remedy = "fix the value of one parameter, or measure a quantity that only one of them changes"
+        remedy = "fix the value of one parameter, or measure a quantity that only one of these parameters changes"
         if not self.confirmed:
             remedy += "; far from the estimate the data do bound these parameters, because their likelihood profiles are not flat"
         return f"the data cannot separate {which}: {only}; {remedy}"

@@ -74,5 +74,5 @@ def note_correlated_misfits(runs: Iterable[CurveComparison]) -> list[str]:
                 said = (
                     f"{r.name}, {c}: the differences from the measurement at neighbouring times are correlated by {neighbours:.2g}"
                 )
-                out.append(f"{said}; they are more than noise: the model omits an effect, and the intervals are too narrow")
+                out.append(f"{said}; such differences are not noise: the model omits an effect, and the intervals are too narrow")
     return out

@@ -128,7 +128,7 @@ def _curves(scene: sm.Scene, t: np.ndarray, motion: Mapping[str, Any]) -> dict[F
     if not given and not problems:
         problems.append(Problem("motion", "no freedom is prescribed", "for example {'arm.q[1]': …}"))
     for joint in closing_joints(scene, {name for name, _ in given}):
-        problems.append(Problem(f"motion.{joint}", "all joints of its loop are prescribed", "leave this joint out: it follows"))
+        problems.append(Problem(f"motion.{joint}", "all joints of its loop are prescribed", "omit it: the others determine it"))
     raise_problems(problems)
     return {freedom: _completed(t, have) for freedom, have in given.items()}
 

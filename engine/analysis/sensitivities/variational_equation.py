@@ -133,7 +133,7 @@ class SensitivityIntegrator:
         self.events.append(EventShift(step.t1, made.joint, made.shift))
         if not made.unique:
             self.notes.append(
-                f"t = {step.t1:.6g} s: contacts close at one instant, but at different instants with changed parameters"
+                f"t = {step.t1:.6g} s: several contacts close at this instant; if a parameter changes, they close one after another"
             )
 
     def _only_stops_change(self, step: RecordedStep) -> bool:

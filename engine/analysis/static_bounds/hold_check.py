@@ -123,7 +123,7 @@ def _budget_notes(limits: SearchBudget, planned: int) -> list[str]:
     if limits.ended == "done":
         return []
     why = "Ctrl-C" if limits.ended == "cancelled" else "the time budget"
-    return [f"{why} ended {limits.short} of up to {planned} searches early: the bounds are the values certified until then"]
+    return [f"{why} ended {limits.short} of up to {planned} searches early: the bounds are the values certified so far"]
 
 
 def _first(

@@ -181,5 +181,5 @@ def _notes(pairs: tuple[PairHold, ...]) -> list[str]:
     several = list(dict.fromkeys(p.joint for p in pairs if not p.unique))
     if not several:
         return []
-    chosen = "the one that minimises the largest ratio of friction to capacity is reported"
+    chosen = "the reported one minimises the largest ratio of friction to capacity"
     return [f"the load distribution in {', '.join(several)} is not unique: {chosen}"]

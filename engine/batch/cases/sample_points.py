@@ -1,8 +1,8 @@
 """Numbers in [0, 1) for samples, with a row for each case and a column for each varied number.
 
 Samples are random, Latin, Sobol, or crossed pairs of Sobol samples (Saltelli) for Sobol indices. PCG64 and integer arithmetic
-compute all samples from the seed. Therefore the samples are the same on every machine. The direction numbers of Sobol points are
-those of SciPy. For each column, a random triangular bit matrix and a random shift scramble the points (Matoušek 1998).
+compute all samples from the seed. Therefore the samples are the same on every machine. The direction numbers of Sobol points come
+from SciPy. For each column, a random triangular bit matrix and a random shift scramble the points (Matoušek 1998).
 """
 
 from __future__ import annotations

@@ -73,7 +73,7 @@ class Rows:
 @dataclass(frozen=True)
 class _Entry:
     """A built scene as a flat row of numbers: [p | q v | inputs | until every rtol mass | length gravity]. built: the scene if its
-    structure differs from that of the base scene, otherwise None."""
+    structure differs from the structure of the base scene, otherwise None."""
 
     built: Built | None
     flat: np.ndarray

@@ -141,7 +141,7 @@ def _indices(told: Told, f: np.ndarray, missing: dict[str, int]) -> Indices:
             found = [_around(a, b) for a, b in zip(found, there, strict=True)]
     notes = _notes(flat, int(whole.sum()), len(f), len(known), f.size)
     d, pairs = len(told[2]), list(combinations(told[2], 2))
-    mean, deviation, *each = found or [NOTHING] * (2 + 2 * d + len(pairs))  # the order is that of ``_numbers``
+    mean, deviation, *each = found or [NOTHING] * (2 + 2 * d + len(pairs))  # in the order of ``_numbers``
     second = dict(zip(pairs, each[2 * d :], strict=True))
     return Indices(*told, tuple(each[:d]), tuple(each[d : 2 * d]), second, mean, deviation, len(f), f.size, missing, tuple(notes))
 

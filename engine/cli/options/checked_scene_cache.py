@@ -21,8 +21,8 @@ these bytes names no other file."""
 
 
 def stored_scene(source: str, massless: bool = False) -> Scene:
-    """The scene that ``load_scene`` reads. The cache's key of a scene covers everything on which the scene depends. These are path
-    and content of the file, Trunnion's sources, Python, and the packages that read and validate. Scenes that name other files are
+    """The scene that ``load_scene`` reads. The cache's key of a scene covers everything on which the scene depends: path and
+    content of the file, Trunnion's sources, Python, and the packages that read and validate. Scenes that name other files are
     not stored."""
     file = scene_file(source)
     content = content_of(file)

@@ -64,8 +64,8 @@ def error_line(c: Certainty) -> str:
 
 
 def error_cells(result: Result, name: str = "") -> tuple[str, ...]:
-    """The table cell with a column's largest error. Without ``name``, the cell of the table's head. No cell if the run has no error
-    estimates."""
+    """The table cell with a column's largest error. Without ``name``, the result is the cell of the table's head. If the run has no
+    error estimates, there is no cell."""
     c = result.certainty
     if c is None:
         return ()

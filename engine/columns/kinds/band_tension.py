@@ -26,7 +26,7 @@ KIND = ColumnKind(
     expression=tensions,
     quantities=(
         Quantity(name="tension", output="tension", column="{joint}.tension[{component}]", size=2, unit="N",
-                 text="tension of the band of {joint}: at the end with the given tension, and at the other end",
+                 text="tension of the band of {joint}: first at the end with the given tension, then at the other end",
                  direct=True, vector=False),
     ),
 )  # fmt: skip

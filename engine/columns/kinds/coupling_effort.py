@@ -9,6 +9,6 @@ KIND = ColumnKind(
     operands={"multiplier": COUPLING_MULTIPLIER},
     quantities=(
         Quantity(name="tie", column="{joint}.effort[1]", unit="{effort}", vector=False, direct=True,
-                 text="effort of the coupling of a joint's freedom to another joint's, on the outboard part"),
+                 text="effort of the coupling (mimic) on the outboard part, along the joint's freedom"),
     ),
 )  # fmt: skip

@@ -16,13 +16,13 @@ from trunnion.elements.contact.contact_element import Size
 from trunnion.elements.contact.transmission_losses import Losses, Numbers, transmission
 
 EFFICIENCY = Size(
-    "efficiency", "1", "efficiency with the power from input to output, without the no-load torque",
+    "efficiency", "1", "efficiency if power flows from input to output, without the no-load torque",
     Bound(0.0, 1.0, open=True, advice="an efficiency is a fraction of the power, such as 0.9"), "0.9", symbol="η_f", bears=False,
     by_load=True,
 )  # fmt: skip
 BACKWARD = Size(
-    "efficiency_backward", "1", "efficiency with the power from output to input, 0: self-locking; default: 2 - 1/efficiency, at "
-    "least 0", Bound(0.0, 1.0, advice="an efficiency is a fraction of the power; a self-locking gear unit has 0"), "0.8",
+    "efficiency_backward", "1", "efficiency if power flows from output to input; 0 is self-locking; default: 2 - 1/efficiency, at "
+    "least 0", Bound(0.0, 1.0, advice="an efficiency is a fraction of the power; self-locking: 0"), "0.8",
     needed=False, symbol="η_b", bears=False, by_load=True,
 )  # fmt: skip
 NO_LOAD = Size(

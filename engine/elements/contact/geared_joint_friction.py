@@ -13,7 +13,7 @@ from trunnion.elements.contact.contact_element import Size
 from trunnion.elements.contact.load_independent_friction import BACK_FORCE, BACK_TORQUE, FORCE, TORQUE
 from trunnion.elements.contact.transmission_losses import Losses, Numbers, transmission
 
-BELOW_ONE = Bound(0.0, 0.99, advice="from 1 on, a load would lock the joint; a self-locking gear unit is a gearbox")
+BELOW_ONE = Bound(0.0, 0.99, advice="from 1 on, a load would lock the joint; for a self-locking gear unit, use type: gearbox")
 LOADED = Size(
     "load_friction", "1", "friction per transmitted torque or force, where the joint drives its outboard part", BELOW_ONE, "0.1",
     symbol="b", bears=False,

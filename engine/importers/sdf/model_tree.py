@@ -64,7 +64,7 @@ class Models:
 
     def _add_model(self, e: Element, scope: str, still: bool, placed: Element | None = None) -> None:
         """Add a model. ``placed`` is the <include> that names the model. The pose, name and static flag of the <include> override
-        those of the model."""
+        the pose, name and static flag of the model."""
         sayers = [x for x in (placed, e) if x is not None]
         named = [n for n in (x.text_of("name") for x in sayers[:-1]) if n]
         static = next((x.text_of("static") for x in sayers if x.first("static") is not None), "")

@@ -47,7 +47,7 @@ def _shape(path: Path, b: Body) -> Iterator[Finding]:
     volume, gyration = volume_and_moments(b)
     mass = b.mass if b.mass is not None else (b.density or 0.0) * volume
     if not all(math.isfinite(mass * k) for k in gyration):
-        yield Finding((*path, given[0]), "the inertia of this size is no finite number", "check the unit of the size")
+        yield Finding((*path, given[0]), "a body of this size has no finite inertia", "check the unit of the size")
 
 
 def _amounts(path: Path, b: Body) -> Iterator[Finding]:

@@ -96,7 +96,7 @@ def _instead(j: Joint, own: Iterable[str], element: ContactElement, name: str) -
     if not is_constant(element) or not usual:
         return f"allowed here: {', '.join(own)}"
     loads = "preload" in {s.name for s in CONTACTS[usual].sizes}
-    constant = ", and preload for a part that the load does not change" if loads else ""
+    constant = ", and preload for the part of the friction that does not depend on the load" if loads else ""
     return f"allowed here: {', '.join(own)}; for friction that depends on the load give sizes{constant}"
 
 

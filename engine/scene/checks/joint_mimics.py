@@ -24,7 +24,7 @@ def check(scene: Scene) -> Iterator[Finding]:
         for who, x in ((name, j), (j.mimic.joint, leader)):
             kind = REGISTRY[x.type]
             if kind.nv != 1 or kind.nq != 1 or kind.bodiless:
-                what = f"{who} is a {x.type} joint; a joint that follows or leads another has one freedom"
+                what = f"{who} is a {x.type} joint; a joint that follows or leads another joint must have one freedom"
                 yield Finding(path, what, "use revolute, prismatic or screw joints")
         if is_driven(j):
             yield Finding(path, "a drive already prescribes the motion of this joint", f"drive {j.mimic.joint}, or leave mimic out")

@@ -30,7 +30,7 @@ def check(scene: Scene) -> Iterator[Finding]:
         if j.curve is not None and not has:
             yield Finding((*path, "curve"), f"a {j.type} joint has no curve", f"remove it; joints with a curve: {able}")
         elif has and j.curve is None:
-            yield Finding(path, f"a {j.type} needs the curve that its point stays on", f"for example curve: {USUAL}")
+            yield Finding(path, f"a {j.type} needs the curve on which its point stays", f"for example curve: {USUAL}")
         elif has and j.curve is not None:
             wrong = list(_points((*path, "curve"), j.curve))
             yield from wrong or _around(path, j, j.curve)
@@ -44,7 +44,7 @@ def _slot(path: Path, j: Joint) -> Iterator[Finding]:
         able = ", ".join(k.name for k in REGISTRY.values() if k.plays)
         yield Finding((*path, "slot"), f"a {j.type} joint has no slot with play", f"remove it; joints with such a slot: {able}")
     if plays and j.slot is None:
-        hint = "for example slot: {play: 0.1 mm}; without play: point_on_curve"
+        hint = "for example slot: {play: 0.1 mm}; for a pin without play, use type: point_on_curve"
         yield Finding(path, f"a {j.type} needs the play of its slot", hint)
     if plays and j.unilateral is None:
         yield Finding(
@@ -56,7 +56,7 @@ def _slot(path: Path, j: Joint) -> Iterator[Finding]:
         yield Finding((*path, "slot", "repeated"), f"{j.slot.repeated} slots", "give 1 or more")
     elif j.slot.repeated > 1 and max(abs(math.atan2(y, x)) for x, y in j.curve.points) >= math.pi / j.slot.repeated:
         what = f"the curve leaves its sector of 360°/{j.slot.repeated} around e2, so that the next slot is nearer"
-        yield Finding((*path, "curve", "points"), what, "draw the slot around e2 (reference turns e2)")
+        yield Finding((*path, "curve", "points"), what, "draw the slot around e2 (the key reference determines e2)")
     if j.slot.mouth is not None and j.curve.closed:
         yield Finding((*path, "slot", "mouth"), "a closed curve has no end for a mouth", "leave it out")
 

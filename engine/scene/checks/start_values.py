@@ -35,7 +35,7 @@ def _coordinates(path: Path, q: Coordinates, kind: JointKind) -> Iterator[Findin
         hint = "q: {axis: y, angle: 30 deg}, or four numbers [w, x, y, z]" if kind.quaternion == 0 else ""
         yield Finding(path, f"a {kind.name} joint has {_count(kind.nq, 'coordinate')}, not {len(values)}", hint)
     elif kind.quaternion >= 0 and not any(values[kind.quaternion :]):
-        yield Finding(path, "a quaternion of four zeros is no rotation", "the identity is [1, 0, 0, 0]")
+        yield Finding(path, "a quaternion of four zeros is not a rotation", "the identity is [1, 0, 0, 0]")
 
 
 def _count(n: int, word: str) -> str:

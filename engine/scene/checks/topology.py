@@ -102,7 +102,7 @@ def _cuts(scene: Scene, ends: dict[str, tuple[str, str]]) -> Iterator[Finding]:
             rest.join(a, b)
     for path, a, b, held in marked:
         if rest.join(a, b):
-            what = "cutting this joint (and the other marked joints) would leave a body without connection to the ground"
+            what = "cutting this joint (and the other joints with cut: true) would leave a body without connection to the ground"
             yield Finding(path, what, "only a joint of a closed loop can be cut", about=(CONNECTIONS,))
         elif held:
             yield Finding(path, f"a {held} cannot be cut", "leave it out")

@@ -33,7 +33,7 @@ def check(scene: Scene) -> Iterator[Finding]:
         law = scene.law_of(j.friction) if j.friction is not None else ""
         if law and not LAWS[law].sets:
             sets = ", ".join(n for n, x in LAWS.items() if x.sets)
-            yield Finding(("joints", name, "friction"), f"an impact has no friction by the law {law}", f"choose one of: {sets}")
+            yield Finding(("joints", name, "friction"), f"impacts do not support the friction law {law}", f"choose one of: {sets}")
     if found and scene.simulation.method == "moreau":
         yield Finding(("simulation", "method"), NOT_LOCATED, LOCATED)
 

@@ -102,7 +102,7 @@ def _checked_keys(how: Any, known: tuple[str, ...], needed: tuple[str, ...]) -> 
         if key not in how:
             raise UnitError(f'the key "{key}" is missing', f"needed here: {', '.join(needed)}")
     if how.get("axis", "x") not in AXES:
-        raise UnitError(f"{shown(how['axis'])} is no axis", "x, y or z")
+        raise UnitError(f"{shown(how['axis'])} is not an axis", "x, y or z")
     return how
 
 

@@ -249,7 +249,7 @@ def _mirror_sign(name: str, j: dict[str, Any], kind: JointKind, notes: list[Note
         devices = ("spring", "nonlinear", "end_stops", "drive", "effort", "motor", "latch")
         said = [k for k in ("start", *devices) if j.get(k) is not None]
         for k in said:
-            what = f"{k} of a {kind.name} joint has no mirror image: mirrored, travels keep their sign but angles change it"
+            what = f"{k} of a {kind.name} joint has no mirror image: it keeps the sign of travels, but changes the sign of angles"
             notes.append((("joints", name, k), what, "write the joint for each side"))
     return -1.0 if turns and all(turns) else 1.0
 

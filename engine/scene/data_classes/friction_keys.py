@@ -61,7 +61,7 @@ def of_joints() -> list[Field]:
     """The fields of a joint's ``friction``: numbers of laws, then sizes of contact elements. All fields are optional."""
     out: list[Field] = []
     for name, (n, laws) in law_numbers().items():
-        own = ", where it differs from the scene's" if n.default is not None else ""
+        own = "; default: the scene's" if n.default is not None else ""
         out.append((name, annotation(n, 1) | None, None, f"{sentence(n.text)} ({plural('law', laws)}){own}."))
     both = [
         (j.name, e)

@@ -49,7 +49,7 @@ class Slot:
     each end of an open curve the walls join in a half circle, unless the end is a mouth."""
 
     play: Extent
-    """Largest distance of the pin's centre from the curve: half the difference of the diameters of slot and pin."""
+    """Largest distance of the pin's centre from the curve: half of (width of the slot − diameter of the pin)."""
     mouth: Literal["start", "end", "both"] | None = None
     """Ends of the curve at which the slot is open, so that the pin leaves and enters. Default: none."""
     repeated: Annotated[int, Exactly()] = 1

@@ -54,9 +54,9 @@ class Friction:
     """The frictional contact of a joint: geometry of the pin, and the law between pin and bearing."""
 
     law: LawName | None = None
-    """Friction law; default: that of the scene."""
+    """Friction law; default: the scene's."""
     normal_force: NormalForce | None = None
-    """Computation of the normal force; default: that of the scene."""
+    """Computation of the normal force; default: the scene's."""
 
     if TYPE_CHECKING:
 
@@ -106,7 +106,7 @@ class Start:
     qd: Rates | None = None
     """Rates: a number or a list."""
     use: Literal["exact", "rounded", "guess"] = "rounded"
-    """exact: loops never change the values, and the run is refused if they cannot be closed. rounded: the values may change where
+    """exact: loops never change the values; the run is refused if loops cannot be closed. rounded: the values may change where
     loops cannot be closed otherwise. guess: the search for closed loops begins at the values, and may change them freely."""
 
 

@@ -124,8 +124,8 @@ class Motor:
     no_load: Annotated[float, AnyUnit(bound=POSITIVE)]
     """Rate at which torque or force is zero, at a signal of 1."""
     signal: Load = 1.0
-    """Fraction of its full voltage, from -1 to 1: a number, an input or a signal. At 0 the terminals are shorted, and the motor
-    brakes."""
+    """Fraction of the motor's full voltage, from -1 to 1: a number, an input or a signal. At 0 the terminals are shorted, and the
+    motor brakes."""
 
 
 @validated(frozen=True, config=STRICT)

@@ -26,4 +26,4 @@ class Unilateral:
     """touching: the loop is closed at the start. open: the contact starts with the gap that the start values give."""
     thickness: Extent | None = None
     """Thickness of a wall that ends where its open curve ends, or where its profile of less than a turn ends. The outboard part can
-    leave the wall there and return, or pass behind the wall. Default: the wall continues straight, and without end."""
+    leave the wall at this end and return, or pass behind the wall. Default: the wall continues straight, and without end."""

@@ -190,7 +190,7 @@ class _Builder:
             return
         top.entries += size
         if self.count > MOST or top.entries > MOST:
-            raise Unreadable(line, f"more than {MOST} values, each alias counted with all that it stands for", "", top.path)
+            raise Unreadable(line, f"more than {MOST} values; each alias counts with all values that it stands for", "", top.path)
         if isinstance(top.value, list):
             top.value.append(value)
             return

@@ -15,8 +15,8 @@ from trunnion.scene.units.numbers_with_units import Number
 
 @validated(frozen=True, config=STRICT)
 class DampingCurve:
-    """A damper by points of its characteristic. The curve through the points has no kink, is monotone between any two of them, and
-    continues straight beyond its ends. If the first speed is 0, both directions have the same curve."""
+    """A damper by points of its characteristic. The curve through the points has no kink, is monotone between neighbouring points,
+    and continues straight beyond its ends. If the first speed is 0, both directions have the same curve."""
 
     speed: tuple[Number, ...]
     """Two to twelve increasing rates, one of them 0."""

@@ -16,8 +16,8 @@ from trunnion.scene.units.numbers_with_units import Number
 
 @validated(frozen=True, config=STRICT)
 class SpringCurve:
-    """A spring by points of its characteristic. The curve through the points has no kink, is monotone between any two of them, and
-    continues straight beyond its ends. The energy of the spring is 0 at the first point."""
+    """A spring by points of its characteristic. The curve through the points has no kink, is monotone between neighbouring points,
+    and continues straight beyond its ends. The energy of the spring is 0 at the first point."""
 
     at: tuple[Number, ...]
     """Two to twelve increasing coordinates, or distances of two points."""

@@ -35,7 +35,7 @@ class RampKind(SignalKind):
     """Leaves of the signal: start, end, begin, duration, origin. The label "begun" means a ramp with begin < 0."""
 
     key, data = "ramp", Ramp
-    text = "Linear change from one value to another (drives: of the rate)."
+    text = "Linear change from one value to another. In a drive, the values are rates."
     labels = {"ramp": 5, "begun": 5}  # noqa: RUF012
     rates = ("start", "end")
 

@@ -96,7 +96,7 @@ def power(node: Call, variable: str, separated: Callable[[Node], Tree]) -> Tree:
         n = math.nan
     if not float(n).is_integer():
         what = f"a power that depends on the {variable} must have a whole number as exponent"
-        raise UnitError(what, "write exp or sqrt for others")
+        raise UnitError(what, "for other exponents, write exp or sqrt")
     if not 1 <= abs(n) <= LARGEST_POWER:
         raise UnitError(f"the exponent of the {variable} must be a whole number from 1 to {LARGEST_POWER}, or its negative")
     of = separated(base)

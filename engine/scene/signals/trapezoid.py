@@ -44,7 +44,7 @@ class TrapezoidKind(SignalKind):
     """Leaves of the signal: base, peak, begin, rise, hold, fall, origin and, for "trapezoids", period."""
 
     key, data = "trapezoid", Trapezoid
-    text = "Rise, constant value and fall, once or with a period (drives: of the rate)."
+    text = "Rise, constant value and fall, once or with a period. In a drive, the values are rates."
     labels = {"trapezoid": 7, "trapezoids": 8}  # noqa: RUF012
     rates = ("base", "peak")
 

@@ -48,8 +48,8 @@ def build_with_starts(scene: Scene) -> Built:
     if found is None:
         if exact := [name for name in unused if _is_exact(scene, name)]:
             raise SceneError([_exact_problem(name) for name in exact])
-        notes = [f"start of {name}: not used, the loop is cut there and its other joints have start values" for name in unused]
-        notes += [f"{dotted(path)}: not used, the mechanism without forces cannot start" for path, _ in points.values()]
+        notes = [f"start of {name}: not used (cut joint of a loop whose other joints have start values)" for name in unused]
+        notes += [f"{dotted(path)}: not used, because the mechanism without forces cannot start" for path, _ in points.values()]
         return replace(built, numbers=replace(n, ignored=(*notes, *n.ignored)))
     q, v, notes = found
     given = {a: np.maximum(1.0, getattr(n, a)) for a in ("q_given", "v_given", "q_given_by_rate")}

@@ -74,7 +74,7 @@ class ErrorRequest:
                 Problem("every", "an error estimate compares two runs at the same times", "give a spacing of rows, such as 10 ms")
             )
         if self.accuracy is not None and (self.tolerance or self.settings.step > 0.0):
-            problems.append(Problem("accuracy", "chooses the tolerance itself", "leave rtol and step out"))
+            problems.append(Problem("accuracy", "chooses the tolerance itself", "omit rtol and step"))
         raise_problems(problems)
 
 

@@ -137,7 +137,7 @@ def _energy_note(a: Audit) -> str:
     where = f", joint {a.jump_joint}" if a.jump_joint else ""
     most = f"{word} {abs(a.energy or 0.0):.3g} J of the {a.turned_over:.3g} J turned over"
     return (
-        f"audit at t = {a.jump_time or 0.0:.6g} s{where}: {most} by the end, mostly before this time (relative error {a.share:.1g})"
+        f"audit at t = {a.jump_time or 0.0:.6g} s{where}: {most} in the run, mostly before this time (relative error {a.share:.1g})"
     )
 
 

@@ -58,9 +58,9 @@ ADVICE = {
     "gimbal_lock": "all free axes of rotation of the loop lie in one plane here, so the loop cannot turn as its drives demand. "
     "(The loop contains a gimbal, or is a spherical linkage at the end of its reach.) Avoid this position, or add a rotation axis "
     "outside that plane",
-    PENETRATION: "the parts of the contact are inside each other. At the start: move the start values apart, or leave out "
-    "starts: open, so that the start closes the gap. At a mouth: the pin strikes its edge. Give the slot more play, or turn the "
-    "parts so that the pin meets the slot",
+    PENETRATION: "the parts of the contact are inside each other. If this is at the start, move the start values apart, or "
+    "leave out starts: open, so that the contact begins closed. If this is at the mouth of a slot, the pin strikes the edge of the "
+    "mouth: give the slot more play, or turn the parts so that the pin meets the slot",
     DEAD_CENTRE: "the loop is at a dead centre. Its joints cannot follow the acceleration that the drives demand, or could follow "
     "this acceleration by two different motions. Start beside this position, drive another joint, or let the drives rest here",
     "max_steps": f"the run reached its largest number of steps. Raise max_steps, or try method {AUTO.stiff.name}",
@@ -76,7 +76,7 @@ ADVICE = {
     f"but unreliable. Try a tighter rtol, another method ({', '.join(METHODS[1:])}), or error control in place of a fixed step",
     OVERLAP_LOST: "one part of the joint slid off the other. Lengthen one of the parts (inboard_length, outboard_length), or give "
     "the joint end stops",
-    CANCELLED: "cancelled on request; results up to then are kept",
+    CANCELLED: "the user or the host cancelled the run; the results up to this time are kept",
 }
 
 

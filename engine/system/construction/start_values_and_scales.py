@@ -87,7 +87,7 @@ def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
     ignored = tuple(
         [f"cut of {j.name}: not used, because forces at this joint depend on its angle; the loop is cut elsewhere"
            for j in system.joints if scene.joints[j.name].cut and not j.cut]
-        + [f"start of {j.name}: not used, its motion is prescribed" for j in system.tree if j.driven and not j.free
+        + [f"start of {j.name}: not used, because its motion is prescribed" for j in system.tree if j.driven and not j.free
            and scene.joints[j.name].start is not None]
     )
     tables = tuple(_table(use, t) for use, t in devices.tables)

@@ -22,8 +22,8 @@ from trunnion.service.store.table_definitions import ENDED
 log = logging.getLogger("trunnion.service")
 POLL_SECONDS = 0.1
 MOST_REPAIRS = 3
-"""Largest number of times that the same cases are recomputed during one read. If more are needed, some fault damages the parts
-repeatedly."""
+"""Largest number of times that the same cases are recomputed during one read. If more recomputations are needed, some fault damages
+the parts repeatedly."""
 
 
 def find_job(s: Service, job: str) -> Job:

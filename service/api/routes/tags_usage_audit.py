@@ -75,7 +75,7 @@ def forget(s: Service, caller: Caller, job: str) -> None:
 def mark_job(
     job: str, marks: Annotated[LabelAndTags, Body(openapi_examples=LABEL_EXAMPLES)], caller: Submitter, s: ServerState
 ) -> Response:
-    """Change the label or the tags of a job of your own. With the role admin, change those of any job."""
+    """Change the label or the tags of a job of your own. With the role admin, the job may be anyone's."""
     find_own_job(s, caller, job)
     s.store.mark(job, marks.label, marks.tags)
     return Json(job_document(find_job(s, job)))

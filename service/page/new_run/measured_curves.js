@@ -25,7 +25,7 @@ function read(text) {
   const [heads, ...rows] = text.trim().split(/\r?\n/).map((line) => line.split(/[,;\t]/).map((x) => x.trim().replace(/^"|"$/g, "")));
   const numbers = rows.map((row) => row.map(Number));
   const bad = numbers.findIndex((row) => row.length !== heads.length || row.some((x) => !Number.isFinite(x)));
-  notice(bad >= 0 ? `The file's line ${bad + 2} does not give a number for each of the ${heads.length} heads of line 1.` : "");
+  notice(bad >= 0 ? `Line ${bad + 2} of the file does not have a number for each of the ${heads.length} columns in line 1.` : "");
   if (bad >= 0) return;
   time = numbers.map((row) => row[0]);
   curves = heads.slice(1).map((name, k) => ({ name, values: numbers.map((row) => row[k + 1]) }));

@@ -134,7 +134,7 @@ def test_the_written_scene_meets_the_error_by_itself(tmp_path: Path, capsys: pyt
     full = trunnion.simulate("crank_slider", 0.65, 0.013, rtol=1e-10)
     name = "crank_pivot.drive.effort[1]"
     off = np.sqrt(((mine[name] - full[name]) ** 2).mean()) / np.abs(full[name]).max()
-    assert off < 2e-4  # the sample times of this run differ from those of the advice
+    assert off < 2e-4  # the sample times of this run differ from the sample times of the advice
 
 
 def test_planar_mechanisms_are_found_and_spatial_ones_are_not() -> None:
@@ -177,7 +177,7 @@ def test_the_json_output_has_the_ladder_and_the_scene(capsys: pytest.CaptureFixt
 
 
 def test_forms_of_friction_and_methods_that_a_scene_refuses_are_left_out() -> None:
-    """Impacts have no friction by a regularised law, and time stepping does not locate them."""
+    """The regularised law has no impacts with friction, and time stepping does not locate impacts."""
     falls = box(0.3, 0.05, 0.1, 1.0, 0.01, (0.15, 0.0, 0.0), (0.0, 1.0, 0.0))
     ladder = _Ladder(falls, 1e-3, cast(ErrorMeasure, None), 0.1, 1, 10, lambda *_: None)
     assert {form.law for form in ladder.forms} == {"coulomb"}

@@ -1,4 +1,5 @@
-"""Confidence intervals of fits equal textbook intervals. They end at bounds, and show which values the data do not determine."""
+"""Confidence intervals of fits equal textbook intervals. The intervals end at bounds, and show which values the data do not
+determine."""
 
 from __future__ import annotations
 
@@ -31,7 +32,7 @@ linear."""
 
 
 def check(found: trunnion.Fit, names: list[str], b: np.ndarray, half: np.ndarray) -> None:
-    """Check that values, local and profile intervals equal those of a regression."""
+    """Check that values, local and profile intervals equal the values and intervals of a regression."""
     for name, value, wide in zip(names, b, half, strict=True):
         i = found.intervals[name]
         assert found.values[name] == pytest.approx(value, abs=1e-6 * wide)
@@ -92,7 +93,7 @@ def test_the_profile_of_a_block_that_stops_is_that_of_its_closed_form() -> None:
 
 
 def test_an_interval_ends_at_the_bound_that_the_data_do_not_exclude() -> None:
-    """The data come from a glider without drag. They allow zero drag, and any drag with an effect smaller than the noise."""
+    """The data come from a glider without drag. The data allow zero drag, and any drag with an effect smaller than the noise."""
     found = trunnion.fit(GLIDER, ["joints.rail.damping"], TIME, {X: noisy(9)}, {"joints.rail.damping": 0.01}, noise=0.02)
     i = found.intervals["joints.rail.damping"]
     assert (i.low, i.low_end) == (0.0, "bound")

@@ -52,8 +52,8 @@ def test_a_number_that_only_a_prior_determines_has_the_priors_interval(found: tr
 
 
 def test_without_a_prior_force_and_coefficient_of_friction_are_undetermined() -> None:
-    """Friction μ F brakes a block, and the data exclude no value of μ or F. Their standard deviations are infinite, not results of
-    a pseudo-inverse."""
+    """Friction μ F brakes a block, and the data exclude no value of μ or F. The standard deviations of μ and F are infinite, not
+    results of a pseudo-inverse."""
     scene = {**SLIDER, "joints": {"rail": {**SLIDER["joints"]["rail"], "friction": {"force": "2 N", "mu": 1.0}}}}
     force, mu = "joints.rail.friction.force", "joints.rail.friction.mu"
     time = np.linspace(0.0, 1.0, 12)

@@ -1,5 +1,5 @@
-"""The search computes slopes only at accepted points. Its results equal, to the last bit, those of a search that computes slopes at
-every trial."""
+"""The search computes slopes only at accepted points. Its results equal, to the last bit, the results of a search that computes
+slopes at every trial."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def test_a_pin_crosses_as_the_sine_that_drives_it_says(pin: str, direction: floa
 @pytest.mark.parametrize("pin", ["inboard", "outboard"])
 @pytest.mark.parametrize("kind", ["revolute", "spherical"])
 def test_the_impact_is_at_the_contact_of_the_ideal_joint_after_the_reversal(kind: str, pin: str) -> None:
-    """Normal and angle of the impact are those of the ideal joint's contact just after the force has reversed."""
+    """Normal and angle of the impact equal normal and angle of the ideal joint's contact just after the force has reversed."""
     rub = PIN if kind == "revolute" else sm.Friction(mu=0.05, radius=0.01)
     axis = "y" if kind == "revolute" else None
     joint = sm.Joint(kind, "ground", "hub", axis=axis, pin=pin, friction=rub)

@@ -141,7 +141,7 @@ def _rest(motion: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def test_wheel_pairs_and_other_joints_without_a_body_have_no_motion_of_their_own(tmp_path: Path) -> None:
-    """A run writes their coordinates, too. They follow from the other joints."""
+    """A run also writes the coordinates of joints without a body. The other joints determine these coordinates."""
     scene, table = crossed("gear_trains", 3), tmp_path / "motion.csv"
     r = simulate(scene, until=0.02, every=0.005, rtol=1e-10)
     r.save(table)

@@ -74,7 +74,7 @@ def test_a_joint_that_friction_holds_leaves_the_swing_of_the_rest() -> None:
 
 @pytest.mark.parametrize(("seed", "joint"), sampled([(s, j) for s in (0, 1) for j in ("j1", "j2", "j3")], 1))
 def test_friction_in_a_cut_joint_holds_it_as_a_stiff_spring_does(seed: int, joint: str) -> None:
-    """The spring is soft by one part in 1e7 of a stiffness per radian, and changes the frequency by about this part."""
+    """The spring's stiffness is 1e7 N m per radian. Its compliance changes the frequency by about one part in 1e7."""
     scene = crossed("five_bars", seed)
     rub = sm.Friction(torque=0.1)
     joints = {n: replace(j, friction=rub if n == joint else None, cut=n == joint or None) for n, j in scene.joints.items()}

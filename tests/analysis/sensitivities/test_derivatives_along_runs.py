@@ -164,7 +164,7 @@ class TestCoulomb:
 
 def test_derivatives_by_the_time_of_a_kink_of_a_signal_are_those_of_the_closed_form() -> None:
     """A force rises within 1 ms at the time ``begin`` (b). The position is then x = a (t − b)²/2, and dx/db = −a (t − b). The joint
-    has the name of a key; the program must not take it for the key."""
+    has the name of a key; the program must not mistake the joint for the key."""
     scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
         "schema": 1, "name": "pushed", "gravity": [0, 0, 0],
         "bodies": {"m": {"mass": 2.0, "inertia": [1, 1, 1]}},

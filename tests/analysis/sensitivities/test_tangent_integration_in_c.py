@@ -1,5 +1,5 @@
-"""The integration of tangents (derivatives along a run) solves for the multipliers in C. Its results equal those of the Python
-solver."""
+"""The integration of tangents (derivatives along a run) solves for the multipliers in C. Its results equal the results of the
+Python solver."""
 
 from __future__ import annotations
 

@@ -55,7 +55,8 @@ def chain(seed: int, first: str, gravity: float = -9.81) -> Scene:
 
 
 def moves(scene: Scene, push: float) -> bool:
-    """Whether a run from rest under this push moves. A chain slightly beyond its limit may soon stop again."""
+    """Whether the chain moves in a run that starts from rest under this push. A chain slightly beyond its limit may soon stop
+    again."""
     r = simulate(scene, until=0.1, every=0.01, overrides={"inputs.u.start": push}, outputs="*.qd[*")
     assert r.outcome.ok
     return bool(np.abs(r.data[:, 1:]).max() > 0.0)

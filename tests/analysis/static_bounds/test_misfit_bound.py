@@ -44,8 +44,8 @@ def test_a_weightless_door_holds_at_most_the_friction_of_its_misfit_loads() -> N
 
 @pytest.mark.slow
 def test_a_hinge_with_one_softer_joint_has_a_bound_between_those_of_equal_joints() -> None:
-    """The bounds lie between those with the softer stiffness in both joints and those with the stiffer stiffness in both joints.
-    The faces press no more than with the softer stiffness."""
+    """The bounds lie between the bounds with the softer stiffness in both joints and the bounds with the stiffer stiffness in both
+    joints. The faces press no more than with the softer stiffness."""
     soft, stiff, both = (torque(s, 1)[1] for s in (10.0, 30.0, {"low": 10.0, "high": 30.0}))
     assert soft < both < stiff
     assert both <= stiff - scenes.THRUST * scenes.MU * 2.0 * (30.0 - 10.0) + 1e-9

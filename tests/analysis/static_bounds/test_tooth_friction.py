@@ -46,7 +46,7 @@ def pair(kind: str, seed: int) -> sm.Scene:
 
 
 def moves(scene: sm.Scene, effort: float) -> bool:
-    """Whether a run from rest under this effort of the inboard wheel moves."""
+    """Whether the wheels move in a run that starts from rest under this effort of the inboard wheel."""
     r = simulate(scene, until=0.1, every=0.01, overrides={"inputs.u.start": effort}, outputs="*.qd[*")
     assert r.outcome.ok
     return bool(np.abs(r.data[:, 1:]).max() > STILL)

@@ -40,8 +40,8 @@ LONGEST = 60.0
 @dataclass
 class Tally:
     """Figures of one scene: ratio of stated to true error; numbers of runs and of complete runs; reasons of the other runs; costs.
-    Also the numbers of events and of last positions, and of those whose true errors are within the stated errors; the worst ratio
-    and its place."""
+    Also the numbers of events and of last positions, and how many of them have true errors within the stated errors; the worst
+    ratio and its place."""
 
     name: str
     ratios: list[np.ndarray] = field(default_factory=list)

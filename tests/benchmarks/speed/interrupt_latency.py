@@ -83,7 +83,7 @@ def forked(fresh: bool, folder: Path, work: Work) -> int:
 
 
 def used(pid: int) -> float:
-    """Processor seconds of a process, without those of its ended child processes."""
+    """Processor seconds of a process, without the seconds of its ended child processes."""
     return sum(map(int, Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13])) / TICK
 
 

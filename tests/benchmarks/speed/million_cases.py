@@ -5,7 +5,7 @@ Run it with ``python -m tests.benchmarks.speed.million_cases [CASES] [--workers 
 rate are sampled. Each case lasts 10 s, as in the model. The bare rate comes from as many threads as workers. Each thread only runs
 ``tr_batch_run`` over prepared cases from the whole sample. The bare rate is measured before and after the sweep (with ``--parts``,
 each of N sweeps). Rates are given per second of wall time and per processor second; the latter do not depend on other work of the
-machine. The memory is that of the process. """
+machine. The memory is the memory of the process. """
 
 from __future__ import annotations
 

@@ -203,7 +203,7 @@ def fast_spin() -> str:
 
 
 def axial_thrust() -> str:
-    """Row 17: a joint without end faces. The friction loss is that of the thrust, and 0.9 of it acts as torque."""
+    """Row 17: a joint without end faces. The friction loss follows from the thrust, and 0.9 of the loss acts as torque."""
     model, data = one('<joint type="hinge" axis="0 1 0" frictionloss="0.12"/>', lump(3, 1.0, 0.015))
     data.qfrc_applied[0] = 0.108
     mujoco.mj_step(model, data, nstep=10_000)

@@ -8,14 +8,16 @@ from trunnion.importers.schema_coverage import FATES, Row, schema
 
 HEAD = """# Items of imported files
 
-What becomes of each element and attribute of URDF (the XML Schema of urdfdom), SDF 1.6 to 1.12 and MJCF (MuJoCo 4.0.0). An item is
+This page lists what the importers do with each element and attribute of URDF (the XML Schema of urdfdom), SDF 1.6 to 1.12 and MJCF
+(MuJoCo 4.0.0). An item is
 
-* *taken*: it is in the scene, or the file is refused with the line if a scene cannot represent its value,
-* *noted*: it is left out, and a note gives its first line and the number of the others; a value of 0 or `false` has no note,
-* *refused*: the file is refused with the line,
-* *irrelevant*: it has no influence on the motion of a scene.
+* *taken*: the scene contains the item; a file with a value that a scene cannot represent is refused, with the line,
+* *noted*: the importer omits the item; a note gives its first line and the number of further lines (no note for 0 or `false`),
+* *refused*: the importer refuses the file, and names the line,
+* *irrelevant*: the item has no influence on the motion of a scene.
 
-Other elements and attributes have a note, too. `<name>` is an element, a name without brackets an attribute.
+The importers also note elements and attributes that are not in these tables. `<name>` is an element, a name without
+brackets an attribute.
 """
 TITLES = "| element | taken | noted or refused | irrelevant |\n|---|---|---|---|\n"
 

@@ -9,8 +9,9 @@ from typing import Any
 
 COLUMNS = """# Columns
 
-Output columns of a run, in the order of a result. Words in capitals are names and numbers of the scene. Indices count from 1. FMU
-variables and reductions of batches have the same names. `--outputs PATTERN` selects columns; `ball.*` selects all of joint `ball`.
+This page lists the output columns in the order of a result. Words in capitals are names and numbers of the scene. Indices count
+from 1. FMU variables and reductions of batches have the same names. `--outputs PATTERN` selects columns; `ball.*` selects all of
+joint `ball`.
 
 | column | unit | content |
 |---|---|---|
@@ -28,16 +29,17 @@ STANDING_FOR = {
 """Words of declarations that stand for one of several texts in a scene."""
 EVENTS = """# Events
 
-A run reports these kinds of events: `result.events` in Python, the list in the summary, `events.*` in tables and FMUs. Each has a
-time, a joint and a part (which of its friction pairs, from 1). For every contact of the pair it has the angle before, the angle
-after, and the angle by which the normal turned. Reductions of batches count and find events: `count:slip`, `first:stick`.
+A run reports these kinds of events: `result.events` in Python, the list in the summary, `events.*` in tables and FMUs. Each event
+has a time, a joint and a part (the number of the friction pair in this joint, from 1). For every contact of this pair, the event
+has the angle before, the angle after, and the angle by which the normal turned. Reductions of batches count and find events:
+`count:slip`, `first:stick`.
 
 | event | meaning |
 |---|---|
 """
 OUTCOMES = """# Outcomes
 
-A run ends with one of these outcomes. Each names time, joint and remedy, and keeps all rows so far.
+A run ends with one of these outcomes. Each outcome names time, joint and remedy. The result has all rows up to this time.
 
 | outcome | joint, and numbers reported | remedy |
 |---|---|---|

@@ -59,18 +59,18 @@ of another dimension is refused. `0.3 SI` is 0.3 in the SI unit of the key.
 * `+ - * / ^` and parentheses;
 * `pi`, sin, cos, tan, asin, acos, atan, atan2, sqrt, exp, log, tanh, abs, min, max.
 
-Dimensions are checked: a length is added to a length, and a sine takes an angle. A ratio may be an angle, and radius times angle
+Trunnion checks dimensions: only lengths add to a length, and a sine needs an angle. A ratio may be an angle, and radius times angle
 is a length. Names of units and functions cannot name a parameter. Parameters are set, varied, differentiated and fitted like any
 number: `--set parameters.a=130mm`, `"vary": {"parameters.a": "100 mm:200 mm:11"}`. A number that is set no longer follows its
-expression. [FMUs](../../../fmu/README.md) have the parameters whose dependent numbers can all change.
+expression. [FMUs](../../../fmu/README.md) have a parameter if they can change all numbers that depend on it.
 
-**Placed bodies** have a `position`. A placed body stands there, turned by its `orientation`, when all joint coordinates are 0.
+**Placed bodies** have a `position`. When all joint coordinates are 0, the body is at this position, turned by its `orientation`.
 Between placed bodies (and the ground), the key `at` of a joint is a place in the world. `axis` and `reference` are then
 directions of the world. Without `at`, the joint is at the point that one side names, or at the origin of the outboard body.
 `trunnion check FILE --plot start.png` draws the assembled start.
 
 **Files.** `include: shared_keys.yaml` adds the keys of another file that the scene itself lacks. `trunnion check FILE -o
-whole.yaml` writes the scene without includes and assemblies; that scene runs to the same bits. Servers read no files and need
+whole.yaml` writes the scene without includes and assemblies; its results are the same, bit for bit. Servers read no files and need
 this form.
 """
 HEADS = {

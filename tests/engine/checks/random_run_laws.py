@@ -18,8 +18,8 @@ from trunnion.simulation.run import simulate
 from trunnion.system.construction.start_values_and_scales import length_scale, rate_scale
 
 SETTINGS = (("auto", 1e-4), ("rk5", 1e-5), ("auto", 1e-6), ("rosenbrock", 1e-6), ("rk8", 1e-8))
-"""The default method of runs at a loose and at its usual tolerance, and each method by itself. They differ in the ends of their
-steps, the states of their stages and the accuracy of the state. Fixed steps and Moreau's impulses locate no event."""
+"""The default method of runs at a loose and at its usual tolerance, and each method by itself. These runs differ in the ends of
+their steps, the states of their stages and the accuracy of the state. Fixed steps and Moreau's impulses locate no event."""
 JAMS = ("jammed", "no_solution", "inconsistent")
 NO_ANSWER = "no answer"
 """The result for a run that ended with one of these outcomes, if enumeration finds no solution."""

@@ -23,11 +23,11 @@ ROWS = 50
 COLUMNS = ["*.q*", "energy.*"]
 """Rows and columns of a run."""
 APART = 1e-3
-"""Largest relative difference of end states and works for runs that are alike. It is a thousand times the tolerance, because stops,
-hooks and onsets of sliding amplify errors."""
+"""Largest relative difference of end states and works for runs that are alike. The limit is a thousand times the tolerance, because
+stops, hooks and onsets of sliding amplify errors."""
 TIGHTER, TIGHTEST = 1e-3, 1e-11
-"""Factor on the tolerances at which differing runs are repeated, and the least tolerance of these repeated runs. They must agree
-within the same difference as before."""
+"""Factor on the tolerances at which differing runs are repeated, and the least tolerance of these repeated runs. The repeated runs
+must also agree within ``APART``."""
 MANY = 20.0
 """A run with this many times the steps of the run with the fewest is reported."""
 

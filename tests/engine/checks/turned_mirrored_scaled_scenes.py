@@ -30,7 +30,7 @@ def directions(axis: sm.Direction | None, reference: sm.Direction | None) -> tup
 
 
 def image(scene: sm.Scene, Q: np.ndarray) -> sm.Scene:
-    """The scene after all points and directions, including those of bodies, are mapped by an orthogonal matrix Q. If det Q = -1,
+    """The scene whose points and directions, also of bodies, are all mapped by an orthogonal matrix Q. If det Q = -1,
     the map is a reflection.
 
     Angles and the travels of prismatic joints keep their numbers; other travels change their sign in a mirror."""

@@ -69,7 +69,7 @@ def test_friction_is_followed_where_it_has_several_roots(setting: tuple[str, flo
 @pytest.mark.slow
 def test_rows_at_which_a_ball_leaves_its_cone_are_within_it(method: str, kernel: str) -> None:
     """From 0.04685 s on, a ball of this loop alternates between its branches up to a thousand times. In the row at the end of a
-    branch, friction is that of the ending branch."""
+    branch, friction follows from the ending branch."""
     scene = rubbing("loop", 247).scene
     r = simulate(scene, until=0.046856, every=0, method=method, rtol=1e-6, outputs=wanted(scene), kernel=kernel)
     assert r.outcome.ok

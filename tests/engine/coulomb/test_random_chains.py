@@ -42,8 +42,8 @@ def chain(seed: int, balls: float = 0.0) -> sm.Scene:
 COLUMNS = ("energy.*", "*.friction.work", "*.q[1]", "*.qd[1]", "*.qdd[1]")
 """Columns that the tests need. Contacts and reactions would take longer to compile than all other columns."""
 INSTANT = 1e-8
-"""Seconds beyond a run's end at which the search for solutions begins. A run ends so close (1e-12 s) to where two solutions meet
-and vanish that both still exist at its end. The interval without a solution may be as short as 1e-7 s. Seed 1144 ends at a pole of
+"""Seconds beyond a run's end at which the search for solutions begins. A run ends 1e-12 s before two solutions meet and vanish, so
+both still exist at its end. The interval without a solution may be as short as 1e-7 s. Seed 1144 ends at a pole of
 the accelerations."""
 
 

@@ -53,8 +53,8 @@ class Train:
 
 @pytest.mark.parametrize("seed", sampled(range(100), {0, 1, 20}))
 def test_shared_loads_have_the_smallest_largest_share(seed: int) -> None:
-    """Earlier, shares referred to the friction forward, also where the load acts backward: margins of 38 of these trains were wrong
-    by up to 0.46."""
+    """Where the load acts backward, shares refer to the friction backward. With the friction forward, the margins of 38 of these
+    trains would be wrong by up to 0.46."""
     train = Train(seed)
     assert hold(train.scene(0.5 * train.limit())).margin == pytest.approx(0.5, abs=1e-9)
 

@@ -119,7 +119,7 @@ def test_a_bushing_keeps_energy_without_damping_and_accounts_for_it_with_damping
 
 
 def test_a_bushing_between_placed_bodies_is_relaxed_in_their_placement() -> None:
-    """A tilted arm on the ground. The axes of the bushing are those of the world. The bushing exerts no force until the arm
+    """A tilted arm on the ground. The axes of the bushing are the axes of the world. The bushing exerts no force until the arm
     moves."""
     tilt = sm.Turn(axis="y", angle=0.4)
     arm = sm.Body(mass=MASS, inertia=(0.2, 0.3, 0.4), points={"eye": (0.3, 0.0, 0.0)}, position=(0.2, 0.1, 0.5), orientation=tilt)

@@ -1,5 +1,5 @@
-"""Nonlinear springs and dampers follow their curves, along freedoms and between points, in both kernels. So do energies,
-derivatives and states of rest."""
+"""Nonlinear springs and dampers follow their curves, along freedoms and between points, in both kernels. Energies, derivatives and
+states of rest follow the curves, too."""
 
 from __future__ import annotations
 

@@ -123,7 +123,7 @@ def damped(f: Load, mass: float, damping: float) -> tuple[float, float]:
 
 def rubbing(f: Load, mass: float, hold: float) -> tuple[float, float, list[float]]:
     """The motion of a block that friction up to ``hold`` stops: coordinate and rate at the end, and times at which sliding begins
-    in a direction. They are roots of integrals between the ends of the load's pieces."""
+    in a direction. The times are roots of integrals between the ends of the load's pieces."""
     t, q, v, slips, left = 0.0, 0.0, 0.0, [], pieces(f.ends)[1:]
     sign = 0.0
     while left:

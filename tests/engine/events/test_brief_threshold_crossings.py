@@ -68,7 +68,7 @@ def test_brief_crossings_are_found_by_every_method(seed: int) -> None:
 
 
 def test_impulse_steps_find_a_release_beside_a_change_of_another_pair() -> None:
-    """A pair stays stuck in a step in which another pair stops. Earlier, only steps without a change of mode were searched."""
+    """A pair is stuck at both ends of a step in which another pair stops. The search covers steps with a change of mode, too."""
     case = brief_pass(4380)
     columns = [f"{n}.q*" for n in case.parts]
     run = simulate(scene_from_dict(case.scene), until=case.until, method="moreau", rtol=MOREAU, every=case.until, outputs=columns)

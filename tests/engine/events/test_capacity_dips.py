@@ -26,8 +26,7 @@ def wrong(seed: int, method: str, rtol: float) -> str:
 
 
 def test_a_brief_loss_of_load_is_found() -> None:
-    """Earlier, runs missed the slips in half of these scenes, as the friction ratio has a peak narrower than the distance of two
-    points of a step."""
+    """In half of these scenes, the friction ratio has a peak narrower than the distance of two points of a step."""
     assert [w for seed in range(12) for m, x in SETTINGS[seed % 3 :: 3] if (w := wrong(seed, m, x))] == []
 
 

@@ -16,8 +16,8 @@ from trunnion.simulation.run import simulate
 
 SEEDS = 200
 EXACT = 1e-11
-"""Tolerance of the reference runs. At 1e-10 their error would be as large as that of the compared runs. At 1e-12 steps of two loops
-end in round-off just before a jam."""
+"""Tolerance of the reference runs. At 1e-10 their error would be as large as the error of the compared runs. At 1e-12 steps of two
+loops end in round-off just before a jam."""
 ALIKE, MARKED = 0.94, 0.09
 """Required share of runs of random loops that report the same events, and allowed share of loops that have a marginal event at any
 setting. The aim is 1 and 0.02; loops 0 to 73, 75 to 92 and 17 later ones have 0.950 and 0.083. Three causes are left. Pairs at rest

@@ -56,7 +56,7 @@ def test_the_pendulum_stops_at_the_times_of_the_model_with_one_freedom() -> None
 @pytest.mark.default_cases(4)
 @pytest.mark.parametrize("stop", range(10))
 def test_the_pendulum_stops_at_the_angles_of_the_model_with_one_freedom(stop: int) -> None:
-    """A run that ends at a reversal has rate zero at its end. The angle is that of the model with one freedom."""
+    """A run that ends at a reversal has rate zero at its end. The angle equals the angle of the model with one freedom."""
     stops, _ = pendulum_run()
     r = pendulum(every=0.0, until=float(stops[stop, 0]))
     assert angle(r)[-1] == pytest.approx(np.degrees(stops[stop, 1]), abs=1e-6)  # the error is 2e-8 rad at rtol 1e-9

@@ -93,7 +93,7 @@ def test_bristles_below_break_away_are_a_spring_with_hysteresis(amplitude: float
         expected.append(z)
     assert r["guide.friction.bristle[1]"] == pytest.approx(expected, abs=1e-9 * soft)
     assert np.abs(r["guide.friction.force"]) == pytest.approx(WEIGHT * 1e3 * np.abs(expected), abs=1e-8)
-    if amplitude == 1e-6:  # so small a motion sees a spring of stiffness σ0 N
+    if amplitude == 1e-6:  # in so small a motion, the bristle is a spring of stiffness σ0 N
         force, x = r["guide.friction.force"][:51], r["guide.q[1]"][:51]
         assert force == pytest.approx(WEIGHT * 1e3 * x, rel=amplitude / soft, abs=1e-8)
 

@@ -1,6 +1,6 @@
 """In a pair of two components, a drive moves one component. The pair slides while the drive moves, however slowly. Along the other
-component, it creeps under any load, as a tight pin comes loose when it is turned. The pair rests when the drive rests. As
-reference, SciPy solves the equation of this motion."""
+component, the pair then creeps under any load, as a tight pin comes loose when it is turned. The pair rests when the drive rests.
+As reference, SciPy solves the equation of this motion."""
 
 from __future__ import annotations
 

@@ -215,8 +215,8 @@ def test_a_block_that_is_held_slips_in_every_period(duty: float) -> None:
 
 @pytest.mark.slow
 def test_a_shaft_whose_turn_is_fast_in_its_unit_and_passes_through_zero_continues_sliding() -> None:
-    """In a tree of 5 mm the shaft travels at 3 mm/s. The direction of sliding is that of the velocity at the surface; m/s and rad/s
-    are not directly comparable."""
+    """In a tree of 5 mm the shaft travels at 3 mm/s. The direction of sliding follows from the velocity at the surface, because m/s
+    and rad/s are not directly comparable."""
     r = simulate(rubbing("tree", 6).scene, until=0.05, every=0.05, method="moreau", rtol=1e-3)
     assert r.outcome.ok, r.outcome
 

@@ -155,7 +155,8 @@ def belts_in_flight(seed: int, **more: object) -> tuple[sm.Scene, object]:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(12))
 def test_each_strand_pulls_both_pulleys_along_the_line_that_touches_them(seed: int) -> None:
-    """The reported force and torque on the inboard pulley are those of both tensions. The forces on every part are in balance."""
+    """The reported force and torque on the inboard pulley are the force and torque of both tensions. The forces on every part are
+    in balance."""
     scene, f = belts_in_flight(seed, **({} if seed % 2 else {"tension": None, "pretension": 3.0}))
     f = replace(f, scene=scene)
     r = simulate(scene, rtol=1e-10)

@@ -73,7 +73,7 @@ def test_a_mimic_joint_moves_as_by_two_efforts_whose_works_cancel(ties: int, rub
         alone = simulate(replace(tied, joints=free), until=1e-6, every=1e-6)
         for name in tied.joints:
             assert alone[f"{name}.qdd[1]"][0] == pytest.approx(r[f"{name}.qdd[1]"][i], rel=1e-8, abs=1e-8), name
-            for k in (2, 3):  # along e1 a joint also transmits its own effort, but not that of its tie to another joint
+            for k in (2, 3):  # along e1 a joint also transmits its own effort, but not the effort of its tie to another joint
                 column = f"{name}.reaction.force[{k}]"
                 assert alone[column][0] == pytest.approx(r[column][i], rel=1e-8, abs=1e-7), column
     assert np.abs(r["energy.residual"]).max() < 1e-8 * max(1.0, r["energy.kinetic"].max())

@@ -157,7 +157,7 @@ def test_friction_of_a_guide_feels_the_force_of_a_rod(kernel: str, placed: bool)
 
 @pytest.mark.parametrize(("mu", "stiff"), [(0.0, 1.0), (0.3, 1.0), (0.3, 3.0)])
 def test_two_rods_side_by_side_share_their_force_by_their_stiffness(mu: float, stiff: float) -> None:
-    """The motion is that of one rod. The result states that the single forces are not unique."""
+    """The motion equals the motion with one rod. The result states that the single forces are not unique."""
     scene = ladder(mu, rods=2)
     joints = scene.joints | {"r0": replace(scene.joints["r0"], stiffness=stiff * 1e8)}
     r = simulate(replace(scene, joints=joints), rtol=1e-10)

@@ -15,7 +15,8 @@ multipliers come from Newton's method."""
 
 @pytest.mark.parametrize("name", ["spherical_pendulum", "crank_slider_free"])
 def test_every_column_of_a_state_is_the_same(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The state is that of the start, before any integration: coordinates, accelerations, reactions, contacts, energies."""
+    """The test compares the state at the start, before any integration: coordinates, accelerations, reactions, contacts,
+    energies."""
     rows = {}
     for quick in ("0", "1"):
         monkeypatch.setenv("TRUNNION_QUICK_BUILD", quick)

@@ -1,5 +1,5 @@
-"""Loops with bodies of small mass or without mass. As the mass falls, the motion converges in first order to that of mass 0. The
-steps stay the same for every cut of the loop. The loop equations alone would lose as many digits as the mass ratio has."""
+"""Loops with bodies of small mass or without mass. As the mass falls, the motion converges in first order to the motion with mass
+0. The steps stay the same for every cut of the loop. The loop equations alone would lose as many digits as the mass ratio has."""
 
 from __future__ import annotations
 
@@ -260,7 +260,7 @@ def test_a_light_wheel_between_two_pairs_jams_no_dead_centre_of_the_link_that_dr
     ("hooks_in_loops", 1, "l1"),
 ], 2))  # fmt: skip
 def test_start_values_that_nobody_gave_do_not_depend_on_a_mass(family: str, seed: int, body: str) -> None:
-    """A mass below 1e-6 of the heaviest changes the cut. Earlier, the motion then was that of other start rates."""
+    """A mass below 1e-6 of the heaviest changes the cut. The start rates do not change with the cut."""
     scene = crossed(family, seed)
     light = heavy_parts(scene, body, 1e-9)
     assert span(light).cut != span_without_masses(light).cut

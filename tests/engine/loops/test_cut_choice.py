@@ -182,8 +182,7 @@ def test_a_locked_joint_does_not_slip_where_another_pair_of_its_loop_reverses() 
 
 @pytest.mark.parametrize("cut", ["j5", "j6", "loop1"])
 def test_a_brief_loss_of_load_releases_a_loop_wherever_it_is_cut(cut: str) -> None:
-    """A guide of the loop is unloaded for 0.4 ms of a step of 40 ms. Earlier, one cut missed the slip and went on to the end of the
-    run."""
+    """A guide of the loop is unloaded for 0.4 ms of a step of 40 ms. The run finds the resulting slip with each cut."""
     r = run_loop(cut_everywhere(rubbing_loop(199))[cut], 1e-9)
     slips = [e.time for e in r.events if e.kind == "slip" and e.joint == "loop1"]
     assert slips == pytest.approx([0.25452102] * 2, abs=1e-7)
@@ -191,8 +190,8 @@ def test_a_brief_loss_of_load_releases_a_loop_wherever_it_is_cut(cut: str) -> No
 
 
 def test_contacts_before_a_stop_agree_wherever_the_loop_is_cut() -> None:
-    """In the last step before it stops, a ball moves by no more than round-off. Earlier, its direction was this round-off: its
-    contact turned by 0.58 to 0.69 rad, and contacts of other joints jumped, or did not."""
+    """In the last step before it stops, a ball moves by no more than round-off. The direction of its contact does not depend on
+    this round-off."""
     first, *others = [run_loop(s, 1e-11) for s in cut_everywhere(rubbing_loop(418)).values()]
     assert [_unlike(r, first) for r in others] == ["", ""]
     stops = [e for r in (first, *others) for e in r.events if e.kind == "reversal" and e.time == pytest.approx(0.391884, abs=1e-6)]

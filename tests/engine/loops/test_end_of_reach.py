@@ -145,7 +145,7 @@ def frames(kind: str, q: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("kind", REGISTRY)
 def test_the_freedoms_of_a_joint_are_independent_whatever_its_coordinates(kind: str) -> None:
-    """Π has full rank for all coordinates. The least singular value of its columns is that of orthogonal unit axes."""
+    """Π has full rank for all coordinates. The least singular value of its columns equals the value for orthogonal unit axes."""
     rng, joint = np.random.default_rng(7), REGISTRY[kind]
     for _ in range(200 if joint.nv else 0):
         q = rng.normal(size=joint.nq) * np.pi

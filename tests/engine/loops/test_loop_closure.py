@@ -18,8 +18,8 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.run import simulate
 
 CLOSURE = 1e-9
-"""Allowed gap: lengths by the length scale, angles in rad. Projection leaves round-off (4e-15); without it loops drift far
-beyond this in 1000 s."""
+"""Allowed gap: lengths by the length scale, angles in rad. Projection leaves round-off (4e-15). Without projection, loops drift far
+beyond the allowed gap in 1000 s."""
 
 
 @pytest.mark.default_cases(1)

@@ -1,4 +1,4 @@
-"""Bodies of negligible mass on loops: freedoms, redundancy and motion are those of bodies without mass."""
+"""Bodies of negligible mass on loops have the freedoms, the redundancy and the motion of bodies without mass."""
 
 from __future__ import annotations
 

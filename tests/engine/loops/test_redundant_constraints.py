@@ -59,7 +59,7 @@ def test_where_a_joint_rubs_reactions_are_the_limit_of_stiff_contacts(which: str
     assert mine["c", "normal_force"] == pytest.approx(model.normal_force["c"][:2], rel=TOLERANCE)
     assert mine["crank", "acceleration"] == pytest.approx(acceleration[6 * eq.index["crank"] :][:3], rel=TOLERANCE)
     amounts = [np.linalg.lstsq(loose[n], _reported(eq, mine, n) - wrench[n], rcond=None)[0] for n in case.scene.joints]
-    # these reactions differ from those of least norm, so reactions are not unique
+    # these reactions differ from the reactions of least norm, so reactions are not unique
     assert max(np.abs(a).max() for a in amounts) > 1e-2
     law, contacts = Rubbing(eq.state, "c").friction(-_reported(eq, mine, "c"), np.zeros(1))
     assert mine["c", "friction"] == pytest.approx(law, rel=TOLERANCE)  # the engine's root obeys the law

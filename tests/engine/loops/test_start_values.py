@@ -150,8 +150,8 @@ def test_swept_start_positions_are_those_of_single_runs_and_have_derivatives() -
 
 @pytest.mark.parametrize("seed", sampled(range(100), {0, 1, 72, 79, 92}))
 def test_a_guess_next_to_the_straight_position_selects_the_side_in_every_world(seed: int) -> None:
-    """Two links far longer than the distance of their ends. Earlier, below a guess of 1e-5 rad, the equation along the links was
-    left out, and in a turned world its axes decided (12 of these 100 worlds)."""
+    """Two links together are longer than the distance of their ends, so the elbow has two positions. The sign of the guess selects
+    the position, also for guesses below 1e-5 rad, and whatever the axes of the world."""
     rng = np.random.default_rng(seed)
     length, sign = rng.uniform(0.5, 1.5), rng.choice([-1.0, 1.0])
     other, guess = length * rng.uniform(0.9, 1.1), float(sign * 10 ** rng.uniform(-6.0, -3.0))

@@ -1,4 +1,5 @@
-"""The contact forces are the limit of those of stiff contacts, where loops leave reactions undetermined and joints have friction.
+"""Where loops leave reactions undetermined and joints have friction, the contact forces are the limit of the forces of stiff
+contacts.
 The references are a model with springs and friction in place of joint rows (``reference.compliant``), and hand statics of doors."""
 
 from __future__ import annotations

@@ -56,7 +56,8 @@ def cut_at(scene: dict[str, Any], joint: str) -> Scene:
 
 @pytest.mark.parametrize("first", sampled(range(100, 200, 5), 2))
 def test_a_turned_crank_starts_wherever_its_loop_is_cut(first: int) -> None:
-    """Earlier, round-off in the rows across the plane counted as an equation: 7 % of 600 such scenes had no start rates."""
+    """Round-off in the rows across the plane must not count as an equation. If it did, 7 % of such scenes would have no start
+    rates."""
     for seed in range(first, first + 5):
         rng = np.random.default_rng(seed)
         scene, _ = driven_crank(rng)

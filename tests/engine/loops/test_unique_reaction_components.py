@@ -28,7 +28,7 @@ second number, the component is open. Random mechanisms have no changes between 
 
 
 class Draft:
-    """A random mechanism of rigid links, turned in space. At the start, the axes of all link frames are parallel to those of the
+    """A random mechanism of rigid links, turned in space. At the start, the axes of all link frames are parallel to the axes of the
     world."""
 
     def __init__(self, seed: int):

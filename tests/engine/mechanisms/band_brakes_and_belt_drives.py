@@ -15,8 +15,8 @@ from trunnion.scene.scene_loader import scene_from_dict
 
 @dataclass(frozen=True)
 class Band:
-    """The data of a band. The given tension is that of one end, or the mean of both ends. The angle of wrap is negative if forward
-    motion tightens the end with the given tension."""
+    """The data of a band. The given tension acts at one end, or is the mean of the tensions at both ends. The angle of wrap is
+    negative if forward motion tightens the end with the given tension."""
 
     mu: float
     wrap: float

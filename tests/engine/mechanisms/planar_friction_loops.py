@@ -40,7 +40,8 @@ class PlaneLoop:
         return np.array(self.radii) * self.mu / math.hypot(1.0, self.mu)
 
     def loads(self, force: np.ndarray, moment: float, torques: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Forces and torques (about y) of all joints on their links, from those of joint 0 and the torques on the links."""
+        """Forces and torques (about y) of all joints on their links, from force and torque of joint 0 and the torques on the
+        links."""
         F, M = [np.asarray(force, float)], [float(moment)]
         for i in range(self.count - 1):
             d, w = self.link(i), self.weight(i)

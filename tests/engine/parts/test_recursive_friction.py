@@ -37,7 +37,7 @@ def blocks(scene: Scene) -> list:
 
 
 def evaluated(pairs: list, y: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """ẏ and multipliers of both blocks at a state. The modes are those of a start at this state."""
+    """ẏ and multipliers of both blocks at a state. The modes are the modes that a run started at this state has."""
     found = []
     for _, block in pairs:
         block.y[: len(y)] = y

@@ -17,7 +17,7 @@ from trunnion.simulation.run import Model, simulate
 
 MOTION = ["*.q[*]", "*.qd[*]"]
 ASKED = ([], ["energy.*"], ["audit.*"])
-"""Columns in addition to those of the motion: none, works, and columns that need the multipliers in every row."""
+"""Columns in addition to the columns of the motion: none, works, and columns that need the multipliers in every row."""
 LAWS = ("coulomb", "regularized", "viscous", "lugre", "stribeck")
 TREES = (0, 16, 20, 22)
 """Seeds of trees with stops, drives, loads, a LuGre pair alone, balls under three laws, and a reversal inside a regularised law's

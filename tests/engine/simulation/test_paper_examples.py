@@ -114,7 +114,7 @@ def test_slider_pin_carries_the_closed_form(normal_force: str) -> None:
         assert force == pytest.approx(list(s.force), abs=1e-9 * size)
         assert -row["slider_pin.friction.torque[1]"] == pytest.approx(s.torque, rel=1e-9, abs=1e-12 * size)
         pressed = [row[f"slider_pin.contact[{i}].normal_force"] for i in (1, 2)]
-        # with Adams' normal force, the contacts are still those of the exact forms
+        # with Adams' normal force, the contacts still follow the exact forms
         expected = s.normal_force if normal_force == "exact" else pressed[0]
         assert pressed == pytest.approx([expected, expected], rel=1e-9)
     assert 3 <= slow <= 39

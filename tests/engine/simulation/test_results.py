@@ -235,7 +235,7 @@ def test_an_interrupt_in_the_progress_callback_keeps_the_rows_so_far(monkeypatch
     assert [u for _, u in told] == [1000.0] * 3
     assert 0.0 < told[0][0] < told[1][0] < told[2][0] == r.outcome.time < 1000.0
     assert len(r) == int(r.outcome.time) + 1
-    assert "results up to then are kept" in r.outcome.advice
+    assert "results up to this time are kept" in r.outcome.advice
 
 
 def test_rows_that_need_no_forces_cost_no_evaluations() -> None:

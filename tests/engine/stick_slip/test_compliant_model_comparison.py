@@ -120,8 +120,8 @@ CASES = {
 }
 
 ERRORS = {"worm that holds with more friction at rest": NEAR}
-"""Largest errors of the judge in single cases. Here pairs move together whose speeds have ratios up to 300; before they reached
-their speeds of rest together, the worm slid 0.4 ms early."""
+"""Largest errors of the judge in single cases. In these cases, the speeds of pairs that move together have ratios up to 300. If the
+judge did not let such pairs leave rest together, the worm would slide 0.4 ms early."""
 SLOW_CONVERGENCE = ("cut guide", "cut crank pin")
 """Cases with five levels and a larger error of the judge. At the start the crank almost rests and the springs carry no load, so
 that the error falls as the square root of the compliance: levels differ by 5.7, 4.5 and 2.8 mrad."""

@@ -52,7 +52,7 @@ def stiff(*case: object) -> object:
         # a ball turns about its contact at the start; only random starts of the search find its friction
         ("loop", 116, ("rk5", 1e-5)),
         ("loop", 153, ("rk5", 1e-5)),  # shafts at rest share a load; the sum of the two components of friction counts
-        ("loop", 49, ("rk8", 1e-8)),  # the row of a stop has the direction of sliding before the stop, not that of round-off
+        ("loop", 49, ("rk8", 1e-8)),  # the row of a stop has the direction of sliding before the stop, not a direction by round-off
         stiff("loop", 121, ("rosenbrock", 1e-6)),  # the previous case, for a pair that was slow for a long time
         ("loop", 54, ("auto", 1e-4)),  # pairs that stop because another pair stops are at rest, too
         ("loop", 56, ("rk5", 1e-5)),  # friction grows without bound: a jam, not a fold

@@ -102,8 +102,8 @@ def test_a_crank_jams_at_its_dead_centre_exactly_where_the_screw_cannot_be_drive
 @pytest.mark.parametrize("seed", [71, 66, 69])
 @pytest.mark.slow
 def test_a_lever_jams_where_its_screw_cannot_be_driven_back_and_continues_after_the_impact(seed: int) -> None:
-    """Where the nut reverses, the lever's rate prescribes the spindle's acceleration. A force on the nut brakes the spindle more by
-    the thrust bearing than it drives the spindle by the thread. The spindle's own torque acts against this acceleration. In this
+    """Where the nut reverses, the lever's rate prescribes the spindle's acceleration. A force on the nut drives the spindle by the
+    thread, but brakes the spindle more by the thrust bearing. The spindle's own torque acts against this acceleration. In this
     state, no modes obey the laws."""
     data = crossed_dict("screw_levers", seed)
     r = simulate(scene_from_dict(data), outputs=["turn.*"])

@@ -30,7 +30,8 @@ def energy_error(r: Result) -> float:
 
 
 def without_stick(scene: sm.Scene) -> sm.Scene:
-    """The scene with the regularised law. A pair then creeps instead of sticking; the motion tends to that of Coulomb's law."""
+    """The scene with the regularised law. A pair then creeps instead of sticking; the motion tends to the motion by Coulomb's
+    law."""
     return replace(scene, friction=replace(scene.friction, law="regularized", v_eps=LIMIT))
 
 

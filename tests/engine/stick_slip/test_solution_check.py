@@ -65,8 +65,8 @@ def test_a_held_block_that_is_given_other_friction_moves() -> None:
 
 @pytest.mark.parametrize(("off", "broken"), [(1e-7, set()), (1.5e-6, set()), (4e-6, {Breaks.LAW})])
 def test_friction_is_measured_against_the_law_and_what_loads_it(off: float, broken: set) -> None:
-    """The first check of a solution rejects an error of 1.5 parts in a million. It knows only the friction. It does not know the
-    size of the load."""
+    """The first check of a solution rejects an error of 1.5 parts in a million. This check knows the friction, but not the size of
+    the load."""
     block = begun(block_on_table(speed=1.0))
     solution(block)[-1] *= 1.0 + off
     assert block.broken() == broken

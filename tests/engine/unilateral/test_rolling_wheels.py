@@ -14,7 +14,7 @@ from trunnion.simulation.run import simulate
 
 
 class Hill:
-    """A wheel on a spline track, in the plane of z (e2) and x (e3). The points are those of the wheel's centre."""
+    """A wheel on a spline track, in the plane of z (e2) and x (e3). The points are places of the wheel's centre."""
 
     def __init__(self, rng: np.random.Generator):
         x = np.linspace(0.0, 3.0, 9)

@@ -23,7 +23,7 @@ def standing(**more: Any) -> dict[str, Any]:
     [
         ({"joints": {"tip": {"type": "spherical", "curve": None}}}, "cannot open"),
         ({"simulation": {"method": "moreau"}}, "time stepping does not locate"),
-        ({"joints": {"tip": {"friction": {"law": "viscous", "mu": 0.3}}}}, "no friction by the law"),
+        ({"joints": {"tip": {"friction": {"law": "viscous", "mu": 0.3}}}}, "impacts do not support the friction law viscous"),
         ({"joints": {"tip": {"cut": False}}}, "always cut"),
     ],
 )

@@ -29,7 +29,8 @@ def said(host: Host) -> str:
 
 
 def test_a_host_that_reads_the_contraction_which_steps_omit_gets_it_and_changes_nothing() -> None:
-    """It takes a third of a step, so an FMU computes it when a host reads it, from a copy of the run."""
+    """Computing the contraction takes a third of a step. Therefore the FMU computes the contraction only when a host reads it, from
+    a copy of the run."""
     reader, other = (Host(exported("spherical_pendulum"), stop=1.0) for _ in range(2))
     read = [x for (x,) in reader.run(0.0, 100, 0.01, "audit.contraction")]
     other.run(0.0, 100, 0.01)

@@ -19,7 +19,7 @@ STEPS, H = 40, 0.1
 
 @BOTH
 def test_every_event_is_reported_with_its_joint_at_its_own_time(flavour: str) -> None:
-    """The events are those of the engine, to 0.01 µs."""
+    """The events are the engine's events, to 0.01 µs."""
     events = trunnion.simulate("spherical_pendulum", until=1.1 * STEPS * H, every=H).events
     host = Host(exported("spherical_pendulum", flavour), logging=True)
     host.run(0.0, STEPS, H)

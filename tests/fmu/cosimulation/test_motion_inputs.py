@@ -52,7 +52,7 @@ def whole() -> float:
 @pytest.mark.parametrize("bandwidth", [20.0, 100.0, 400.0])
 def test_coupled_without_derivatives_the_error_is_of_first_order_in_the_step(bandwidth: float) -> None:
     """The motor gets the load of the previous step, which causes the only error of first order. For any bandwidth, the error halves
-    with the step. The error falls faster where its second order matters."""
+    with the step. The error falls faster where its second-order part is large."""
     errors = np.array([abs(coupled(h, inputs__angle__bandwidth=bandwidth) - whole()) for h in (0.01, 0.005, 0.0025)])
     assert errors[0] < 0.07
     assert (errors[1:] / errors[:-1] < 0.55).all()

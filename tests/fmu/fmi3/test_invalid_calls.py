@@ -107,7 +107,7 @@ def test_the_command_writes_fmi_3_and_reports_what_does_not_go_with_it(tmp_path:
          "FMI 2.0 has one folder for 64-bit Linux, so aarch64-linux excludes other platforms"),
         (["--flavour", "python", "--platform", "aarch64-linux"], "--platform", "the python flavour does not support aarch64-linux"),
         (["--platform", "linux32"], "--platform",
-         "linux32 has 32 bits, where a call would not set the host's floating-point environment"),
+         "linux32 has 32 bits, and 32-bit libraries would not set the floating-point environment"),
         (["--fmi", "3", "--platform", "amiga"], "--platform", "'amiga' is not a supported platform"),
     ]:
         with pytest.raises(SceneError) as refused:

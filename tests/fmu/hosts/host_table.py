@@ -143,7 +143,7 @@ def kept_values(tool: str, form: str, folder: Path, made: Mapping[tuple[str, str
 
 
 def cells(folder: Path, only: Sequence[str] = ()) -> Iterator[tuple[str, str, str]]:
-    """(tool, form, cell) for all tools or those in ``only``, and all forms."""
+    """(tool, form, cell) for all forms, and all tools or the tools in ``only``."""
     made = files(folder / commit())
     right = {f: kept_values("fmpy", f, folder, made) for f in FORMS}
     for tool in [t for t in (*TOOLS, *PROGRAMS) if not only or t in only]:

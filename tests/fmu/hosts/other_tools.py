@@ -126,8 +126,8 @@ def _fmucontainer(folder: Path, given: str, *more: str) -> None:
 
 
 def casadi(file: str, stop: float, step: float) -> Values:
-    """Difference between the state derivatives at the start and those in fmpy. CasADi's DaeBuilder supports neither events nor
-    co-simulation."""
+    """Difference between the state derivatives at the start in this tool and in fmpy. CasADi's DaeBuilder supports neither events
+    nor co-simulation."""
     import casadi as ca
     from fmpy import simulate_fmu
 

@@ -1,4 +1,4 @@
-"""Model exchange: directional and adjoint derivatives with respect to states and inputs equal those of the model."""
+"""Model exchange: directional and adjoint derivatives with respect to states and inputs equal the derivatives of the model."""
 
 from __future__ import annotations
 

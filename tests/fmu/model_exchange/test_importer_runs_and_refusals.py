@@ -30,7 +30,7 @@ INSTANT = 2e-6
 
 
 def claim_is_the_engine(name: str, until: float, fmi: int) -> None:
-    """Check positions to MOTION. Check that the events are those of the engine, in the engine's order, each within INSTANT."""
+    """Check positions to MOTION. Check that the importer has the engine's events, in the engine's order, each within INSTANT."""
     scene = scene_of(name)
     made, events = engine_run(scene, until)
     positions = [n for n in made.names if ".q[" in n]
@@ -73,7 +73,8 @@ def test_a_loop_closed_by_the_drift_that_is_allowed_has_the_motion_and_the_event
 
 
 def test_a_multi_step_solver_that_starts_anew_where_a_loop_is_closed_seldom_has_to() -> None:
-    """When a loop was closed after a drift of one tolerance, every third step of PyFMI's CVode ended so, and lost three digits."""
+    """If a loop were closed after a drift of one tolerance, every third step of PyFMI's CVode would start anew and lose three
+    digits."""
     host, made = Importer(exchange("spatial_slider_crank")), trunnion.simulate("spatial_slider_crank", until=0.5, rtol=1e-9)
     steps, events = run_bdf(host, 0.5, 1e-6)
     assert steps > 100
@@ -192,7 +193,7 @@ def test_a_state_that_is_restored_continues_with_the_same_bits() -> None:
 
 
 def test_no_indicator_is_zero_after_an_event_and_an_importer_without_root_finding_sees_the_same_events() -> None:
-    """With Euler's method, the first events are those of the engine, each at the end of a step."""
+    """With Euler's method, the first events are the engine's events, each at the end of a step."""
     host, h = Importer(exchange("double_pendulum")), 1e-4
     _, events = engine_run(scene_of("double_pendulum"), 1.0)
     for k in range(int(0.9 / h)):

@@ -83,7 +83,7 @@ def test_a_plain_host_of_fmi_3_gets_every_event_and_a_thousand_instances_leave_n
 
 
 ARM = Path(os.environ.get("QEMU_LD_PREFIX", "/usr/aarch64-linux-gnu"))
-"""The place of the C library of 64-bit ARM; in Debian, that of libc6-arm64-cross."""
+"""The place of the C library of 64-bit ARM; in Debian, the place of the package libc6-arm64-cross."""
 
 
 def under_qemu(standard: str, folder: Path, *more: str) -> list[float]:

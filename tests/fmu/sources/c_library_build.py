@@ -53,7 +53,7 @@ def columns(made: Library) -> list[str]:
 
 
 def zig(arguments: Sequence[str], what: str = "cc") -> str:
-    """Messages of the compiler that comes with Trunnion; "" if the compiler accepts all files. Its caches are those of the
+    """Messages of the compiler that comes with Trunnion; "" if the compiler accepts all files. The compiler uses the caches of the
     product."""
     shared = str(c_compiler.shared_cache(library_cache.cache_folder()))
     env = dict(os.environ, ZIG_GLOBAL_CACHE_DIR=shared, ZIG_LOCAL_CACHE_DIR=shared)

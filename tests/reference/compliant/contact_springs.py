@@ -2,7 +2,7 @@
 
 A contact presses with the force k u. The number u is the displacement of the bearing against the pin at the contact, plus a share
 of its rate. Friction at a contact is the law's slope times normal force times velocity of the bearing on the pin's surface. The
-definitions are those of ``contact_and_friction.contact_roots``; in this module the springs give the normal force, so that no
+definitions are the same as in ``contact_and_friction.contact_roots``; in this module the springs give the normal force, so that no
 equation has to be solved.
 """
 

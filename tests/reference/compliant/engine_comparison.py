@@ -21,7 +21,7 @@ SURE = 3.0
 @dataclass(frozen=True)
 class Comparison:
     """Results of the engine and of the judge. apart: {coordinate: largest difference, at the judge's instants}; beyond: the part of
-    this difference above the judge's own errors; outcome: that of the engine."""
+    this difference above the judge's own errors; outcome: the engine's outcome."""
 
     judge: Judged
     apart: dict[str, float]

@@ -17,8 +17,8 @@ from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion
 LOCKED = 1e-9
 """Least value of 1 - ratio x loss of a unit that its output drives. A locked unit moves below its speed of rest."""
 STIFFER = 30.0
-"""Stiffness of a unit relative to that of a joint's drive. It is large because fast shafts turn through large angles, and errors
-are measured in these angles."""
+"""Stiffness of a unit relative to the stiffness of a joint's drive. It is large because fast shafts turn through large angles, and
+errors are measured in these angles."""
 REPEATED = 40
 """Iterations for an efficiency that depends on the torque, which in turn depends on the efficiency."""
 

@@ -23,9 +23,9 @@ DELAYS = 10.0
 same order: in a bearing whose parts turn at the rate w, the delay rotates the displacement by the angle w x delay against its
 force, which changes the shares of loads."""
 REST = 3e-6
-"""Rate below which friction rests at level 0, rad/s; the speed is a tenth of it, m/s. Friction below it relaxes the loads of
-springs within friction / (rate x stiffness), equally at all levels. At 3e-4 this time would be milliseconds, and trains at rest
-would slip 1 ms early."""
+"""Rate below which friction rests at level 0, rad/s. The corresponding speed, m/s, is a tenth of this number. Below this rate,
+friction relaxes the loads of springs within the time friction / (rate x stiffness), equally at all levels. At 3e-4 this time would
+be milliseconds, and trains at rest would slip 1 ms early."""
 FINER = 4.0
 """Ratio of two levels, in compliance and in speeds."""
 LEVELS = 3

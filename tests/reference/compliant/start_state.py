@@ -184,7 +184,8 @@ def _moved(model: Model, y: np.ndarray, step: np.ndarray) -> np.ndarray:
 
 
 def _least(G, g, E, e) -> np.ndarray:
-    """The x with G x = g. Among these x, those with E x as near as possible to e; among the latter, the smallest x."""
+    """An x with G x = g. Of all such x, E x is as near as possible to e; if several x are equally near, the result is the smallest
+    of them."""
     U, s, V = np.linalg.svd(G)
     k = int(np.sum(s > DEPENDENT * max(s, default=1.0)))
     x = V[:k].T @ ((U[:, :k].T @ g) / s[:k])
@@ -219,8 +220,8 @@ def _agreed(model: Model, y: np.ndarray, given: dict, offered: dict | None) -> n
 
 
 def _nearest(G, target, free, known, wanted, scale) -> np.ndarray:
-    """Velocities that satisfy all rows. Among these, those nearest to the known rates; among the latter, those with the smallest
-    rates of joints."""
+    """Velocities that satisfy all rows. Of all such velocities, the result is nearest to the known rates; if several are equally
+    near, the result has the smallest rates of joints."""
     weights, want = np.where(known, 1.0, 1e-4), np.where(known, wanted, 0.0)
     x = scale * _least(G * scale, target, weights[:, None] * free * scale, weights * want)
     for _ in range(2):  # the small weights of open rates disturb the given rates; a second pass corrects this

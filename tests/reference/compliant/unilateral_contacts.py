@@ -17,8 +17,8 @@ TYPES = ("point_on_curve", "point_on_plane", "cam", "pin_in_slot")
 DELAY = 1e-3
 """Delay of the springs, s."""
 SOFTER = 1e-3
-"""Stiffness of these contacts relative to that of joints. With equal stiffness, an impact would be over before the pins react, and
-friction within it would depend on this. Rigid joints react at once."""
+"""Stiffness of these contacts relative to the stiffness of joints. With equal stiffness, an impact would be over before the pins
+react, and friction within it would depend on this. Rigid joints react at once."""
 PLACES, NEWTON, FOUND = 200, 8, 1e-12
 """Places on a curve from which the search for the nearest place starts; most steps of this search, and the step that ends it. The
 error after that step is its square."""

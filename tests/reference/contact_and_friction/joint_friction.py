@@ -96,8 +96,8 @@ PAIRS = {
     "shaft": (_shaft, lambda out: np.array([out.force, out.torque])),
     "journal": (_journal, lambda out: np.array([out.torque])),
 }
-"""By ``Reference.rubs``: the function that solves the sliding pair, and the one that maps the outcome's friction on the pin to the
-freedoms."""
+"""By ``Reference.rubs``: the function that solves the sliding pair, and the function that maps the outcome's friction on the pin to
+the freedoms."""
 
 
 class Rubbing:

@@ -19,7 +19,8 @@ SLACK = 1e-7
 each."""
 
 UNBOUNDED = 1e4
-"""A friction above this multiple of the friction under the loads alone grows without bound: it is near a pole, and no answer."""
+"""A friction above this multiple of the friction under the loads alone is near a pole, where friction grows without bound. Such a
+friction is no answer."""
 
 
 def answers(scene, q, qd, starts: int = 20, spread: float = 3.0, seed: int = 0) -> list[dict[str, int]]:

@@ -73,7 +73,7 @@ def _journal(load, along: float, around: float, radius: float, half: float) -> f
 
 
 def _sleeve(load, k: float, a: float, b: float, half: float) -> float:
-    """Sum of all normal forces of a rectangular sleeve, including those of the couple that carries its torsion."""
+    """Sum of all normal forces of a rectangular sleeve, including the forces of the couple that carries its torsion."""
     _, f2, f3, m1, m2, m3 = load
     u, v = (m3 - k * a * f2) / half, (m2 + k * b * f3) / half
     return (abs(f2 + u) + abs(f2 - u) + abs(f3 - v) + abs(f3 + v)) / 2 + abs(m1) / max(a, b)

@@ -16,7 +16,7 @@ def characteristic(at: tuple[float, ...], value: tuple[float, ...]) -> Character
 
 
 class Characteristic:
-    """The curve through points, and its integral from the first point. The slopes at both ends are those of the end chords."""
+    """The curve through points, and its integral from the first point. The slope at each end is the slope of the end chord."""
 
     def __init__(self, at: Sequence[float], value: Sequence[float]):
         self.at, self.value = np.array(at, float), np.array(value, float)

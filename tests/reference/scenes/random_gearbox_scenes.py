@@ -163,8 +163,8 @@ def loaded_arms(rng: Generator) -> dict[str, Any]:
 
 
 def locked_feeds(rng: Generator) -> dict[str, Any]:
-    """A trapezoidal rate or a torque moves a slide with friction. It acts by a self-locking gear unit, and by a rack, a thread or a
-    rod. The slide has a stop, a nonlinear spring, or a second slide that it pushes by a spring."""
+    """A trapezoidal rate or a torque moves a slide with friction. The drive acts through a self-locking gear unit, and through a
+    rack, a thread or a rod. The slide has a stop, a nonlinear spring, or a second slide that it pushes by a spring."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     ratio, radius = float(rng.choice([3.0, 10.0])), d.of(0.02, 0.04)
     way = int(rng.integers(3))

@@ -142,7 +142,7 @@ class Draft:
         return {"mu": mu}
 
     def pin(self, torque: float = 0.05, thrust: bool = False) -> dict[str, Any]:
-        """Friction of a revolute joint: that of a journal, with or without a preload, or a constant torque of this size."""
+        """Friction of a revolute joint: friction of a journal, with or without a preload, or a constant torque of this size."""
         if self.chance(0.3):
             return {"friction": {"torque": self.of(0.3, 1.5) * torque}}
         rub = {**self._law(self.of(0.05, 0.35)), "radius": self.of(0.004, 0.012), "half_length": self.of(0.015, 0.03)}
@@ -151,7 +151,7 @@ class Draft:
         return {"friction": rub}
 
     def guide(self, force: float = 2.0) -> dict[str, Any]:
-        """Friction of a prismatic joint: that of a sleeve long enough not to jam, or a constant force of this size."""
+        """Friction of a prismatic joint: friction of a sleeve long enough not to jam, or a constant force of this size."""
         if self.chance(0.3):
             return {"friction": {"force": self.of(0.3, 1.5) * force}}
         rub = {**self._law(self.of(0.03, 0.25)), "half_width": 0.02, "half_height": 0.02, "half_length": self.of(0.06, 0.15)}

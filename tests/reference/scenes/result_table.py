@@ -1,4 +1,4 @@
-"""Results as one flat table. The table allows to compare two formulations and to invert transformations. Keys are (body or joint,
+"""Results as one flat table. With the table, tests compare two formulations, and invert transformations. Keys are (body or joint,
 quantity), and ("energy", "kinetic"). Quantities: qdd, reaction.force, reaction.torque, friction, normal_force, normal, angle,
 drive.effort (one entry per freedom, NaN where not driven), acceleration, angular_acceleration."""
 

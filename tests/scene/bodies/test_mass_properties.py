@@ -1,4 +1,4 @@
-"""Mass properties: those of solid shapes are compared with sums over many small cells; explicit ones are taken as given."""
+"""Mass properties of solid shapes equal sums over many small cells. Explicit mass properties are taken as given."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from tests.scene.valid_scene import edited
 from trunnion.basics.errors import SceneError
 
 FEW, MANY = 110, 330
-"""Compared sizes. They exceed the number of problems that are reported, so that reporting costs the same in both."""
+"""Compared sizes. Both exceed the number of problems that a report contains, so that a report costs the same at both sizes."""
 LINEAR = 3.375
 """Allowed growth of work for three times the size: three times, and an eighth more for logarithms and growing tables."""
 

@@ -20,7 +20,7 @@ PIN = (
 )
 GOOD = "{type: point_on_curve, axis: z, inboard: a, outboard: b, curve: {points: [[0, 0], [40 mm, 10 mm], [80 mm, 0]]}}"
 WRONG = {
-    "a point_on_curve needs the curve that its point stays on": re.sub(", curve.*", "}", GOOD),
+    "a point_on_curve needs the curve on which its point stays": re.sub(", curve.*", "}", GOOD),
     "an open curve of 1 points": re.sub(r"\[\[.*\]\]", "[[0, 0]]", GOOD),
     "a closed curve of 2 points": re.sub(r"\[\[.*\]\]", "[[0, 0], [1, 0]], closed: true", GOOD),
     "two consecutive points are the same place": GOOD.replace("[80 mm, 0]", "[40 mm, 10 mm]"),

@@ -202,7 +202,7 @@ WRONG = {
     "use: {bodies: {}}, copies: {rotate: {times: 3, ax: z}}": ("assemblies.arm.copies.rotate", 'did you mean "axis"?'),
     "use: {bodies: {}}, copies: {rotate: {times: 3, by: 2 kg}}": ("assemblies.arm.copies.rotate", "an angle is expected"),
     "use: {bodies: {}}, copies: {line: {times: 3}}": ("assemblies.arm.copies.line", '"step" is missing'),
-    "use: {bodies: {}}, copies: {mirror: w}": ("assemblies.arm.copies.mirror", "is no axis"),
+    "use: {bodies: {}}, copies: {mirror: w}": ("assemblies.arm.copies.mirror", "is not an axis"),
     "use: {bodies: {}}, orientation: {axis: [1, 1, 0], angle: 1}": ("assemblies.arm", "about x, y or z"),
     "use: {bodies: {b: {sphere: 1, mass: 1}}}, copies: {mirror: x}": ("assemblies.arm.copies", "only placed bodies"),
     "use: {bodies: {rod: {sphere: 1, mass: 1}}}": ("assemblies.arm", "already used"),

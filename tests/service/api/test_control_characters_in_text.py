@@ -1,5 +1,5 @@
-"""Control characters in the text of one user cannot control the terminals of other users. They cannot reverse the text direction of
-pages."""
+"""Control characters in the text of one user cannot control the terminals of other users. These characters cannot reverse the text
+direction of pages, either."""
 
 from __future__ import annotations
 

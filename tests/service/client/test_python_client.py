@@ -1,5 +1,5 @@
-"""Jobs as Python objects. Results equal those of ``trunnion.sweep``; they come from a server, with units and with the dimensions of
-a grid."""
+"""Jobs as Python objects. The server's results equal the results of ``trunnion.sweep``, and have units and the dimensions of a
+grid."""
 
 from __future__ import annotations
 

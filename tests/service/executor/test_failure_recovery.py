@@ -1,4 +1,4 @@
-"""Any process may be killed. A job then has each of its results exactly once, and they equal those of an uninterrupted run."""
+"""Any process may be killed. A job then has each of its results exactly once, and equal to the result of an uninterrupted run."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ def changed_words(old: str, new: str) -> list[tuple[str, str]]:
 
 
 def agrees(page: Any) -> None:
-    """Check that the motion in the picture is that of the text, to the last bit of the rows."""
+    """Check that the picture shows the motion of the scene in the text, to the last bit of the rows."""
     for seen, right in zip(shown(page), computed(page.input_value("#scene")), strict=True):
         np.testing.assert_array_equal(seen, right)
 

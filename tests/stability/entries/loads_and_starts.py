@@ -44,7 +44,7 @@ def chute(_: float) -> sm.Scene:
 
 
 def slows(scene: sm.Scene) -> str:
-    """The verdict of ``honest``. For "right", the remaining speed must also be that of the closed form."""
+    """The verdict of ``honest``. For "right", the remaining speed must also agree with the closed form."""
     rate = ran(scene)["guide.qd[1]"]
     share = rate[-1] / rate[0] * (1 + THICK * FAST)
     return honest(scene) if abs(share - 1) < 1e-5 else f"{share:.6g} of the speed"
@@ -76,7 +76,7 @@ def guessed(beyond: float) -> sm.Scene:
 
 
 def side(scene: sm.Scene) -> str:
-    """The side on which the elbow closes, if the angle of the elbow is that of the triangle."""
+    """The side on which the elbow closes, if the angle of the elbow agrees with the triangle."""
     run = ran(scene)
     angle = float(run["elbow.q[1]"][0])
     right = run.outcome.ok and abs(abs(angle) - 2 * math.acos(0.6)) < 1e-9

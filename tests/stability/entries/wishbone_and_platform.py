@@ -78,8 +78,8 @@ def going(scene: sm.Scene, joint: str) -> str:
 
 
 def dense(scene: sm.Scene) -> str:
-    """The words "as by dense equations" if all accelerations at the start equal those of the formulation that shares no code with
-    the engine."""
+    """The words "as by dense equations" if all accelerations at the start equal the accelerations by the formulation that shares no
+    code with the engine."""
     r = simulate(scene, until=1e-9, every=1e-9)
     other = solve(state_at(r, 0)).qdd
     pairs = [(r[f"{n}.qdd[{k + 1}]"][0], x) for n, each in other.items() for k, x in enumerate(each)]

@@ -23,7 +23,7 @@ LOAD = "crank_pivot.drive.effort[1]"
 
 
 def motor() -> trunnion.Scene:
-    """A rotor with two torques: that of the field and that of the load."""
+    """A rotor with two torques: the torque of the field and the torque of the load."""
     return scene_from_dict({
         "name": "motor", "gravity": [0, 0, 0], "bodies": {"rotor": {"mass": 1, "inertia": [ROTOR, ROTOR, ROTOR]}},
         "inputs": {"field": {"start": TORQUE, "unit": "N*m"}, "load": {"unit": "N*m"}},
