@@ -34,14 +34,14 @@ static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phas
 /* Find the impulses with which all touching contacts fulfil their conditions. Returns 0 if there are none. */
 static int tr_find_impulses(tr_sim *s, double t, const double *y, const tr_phase *p, const double *rate);
 
-/* Apply `part` of the impulses of the last solution to the rates of y. */
+/* Changes dv of the rates v by the impulses of the last solution. Requires maps of y. */
+static void tr_find_rate_changes(tr_sim *s, const double *y, double *dv);
+
+/* Apply `part` of the impulses of the last solution to the rates of y. The work that friction takes is added to the works. */
 static void tr_apply_impulses(tr_sim *s, double t, double *y, double part);
 
-/* Like tr_apply_impulses, and add to the works of y what friction takes: the impulses grow in a constant ratio. */
-static void tr_apply_impulses_and_works(tr_sim *s, double t, double *y, double part);
-
-/* Add to the works of y what the friction of each pair takes. impulses: of all multipliers; times their mean `rates`. */
-static void tr_add_works_of_impulses(const tr_sim *s, double *y, const double *impulses, const double *rates);
+/* Add to the works of y the work that the friction of each pair takes, J. */
+static void tr_add_pair_works(const tr_sim *s, double *y, const double *works);
 
 /* Whether the friction of a pair that slides in several directions turns between the rates `before` and `after`. */
 static int tr_has_slip_turned(const tr_sim *s, const double *before, const double *after);

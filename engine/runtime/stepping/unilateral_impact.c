@@ -60,7 +60,7 @@ static int tr_make_phase(tr_sim *s, double t, double *y, const tr_phase *p, cons
     if (parts == 0) lack = tr_find_lack(s, p, rate);
     if (!tr_find_impulses(s, t, y, p, rate)) return 0;
     memcpy(old, y, sizeof old), memcpy(before, map_rates(s->k, TR_A(s, maps)), sizeof(double) * s->k->nrates);
-    tr_apply_impulses_and_works(s, t, y, 1.0);
+    tr_apply_impulses(s, t, y, 1.0);
     tr_find_first_stop(s, before, map_rates(s->k, TR_A(s, maps)), &stops);
     const int last = !(part > 0.0) || parts == PARTS_MOST - 1;
     const int ends = last || (stops < 0 && !tr_do_several_push(s, p, rate, lack) && !tr_has_slip_turned(s, before, map_rates(s->k, TR_A(s, maps))));

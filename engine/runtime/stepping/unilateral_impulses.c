@@ -53,37 +53,37 @@ static int tr_find_worst_contact(tr_sim *s, const tr_phase *p, const double *rat
   return worst;
 }
 
-static void tr_apply_impulses(tr_sim *s, double t, double *y, double part) {
+static void tr_find_rate_changes(tr_sim *s, const double *y, double *dv) {
   const tr_kernel *k = s->k;
   const int a = k->active, e = k->neta;
-  const double h = part * s->impact.h;
-  double dlam[a + 1], deta[e + 1], response[e + 1], dv[k->nv + 1];
+  const double h = s->impact.h;
+  double dlam[a + 1], deta[e + 1], response[e + 1];
   for (int i = 0; i < a; ++i) dlam[i] = h * TR_A(s, z)[i];
   for (int i = 0; i < e; ++i) deta[i] = h * TR_A(s, z)[a + i], response[i] = k->sets ? map_Qe(k, TR_A(s, maps))[i + i * e] : 1.0;
   tr_rates_by_impulses(s, y, dlam, deta, response, 0, dv);
-  for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
-  tr_evaluate_maps_at(s, t, y);
 }
 
-static void tr_add_works_of_impulses(const tr_sim *s, double *y, const double *impulses, const double *rates) {
+static void tr_add_pair_works(const tr_sim *s, double *y, const double *works) {
   for (int i = 0; i < s->k->nsliders; ++i) {
-    const tr_pair *pair = tr_pair_of(s, i);
-    double work = 0.0;
-    for (int j = 0; j < pair->nrates; ++j) work -= impulses[s->k->active + pair->eta0 + j] * rates[pair->rate0 + j];
-    if (s->nworks) y[s->ny + pair->element] += work;
-    y[s->ny + s->nworks] += work;
+    if (s->nworks) y[s->ny + tr_pair_of(s, i)->element] += works[i];
+    y[s->ny + s->nworks] += works[i];
   }
 }
 
-static void tr_apply_impulses_and_works(tr_sim *s, double t, double *y, double part) {
+static void tr_apply_impulses(tr_sim *s, double t, double *y, double part) {
   const tr_kernel *k = s->k;
-  const int nz = k->active + k->neta;
-  double impulses[nz + 1], mean[k->nrates + 1];
-  for (int i = 0; i < nz; ++i) impulses[i] = part * s->impact.h * TR_A(s, z)[i];
-  memcpy(mean, map_rates(k, TR_A(s, maps)), sizeof(double) * k->nrates);
-  tr_apply_impulses(s, t, y, part);
-  for (int i = 0; i < k->nrates; ++i) mean[i] = 0.5 * (mean[i] + map_rates(k, TR_A(s, maps))[i]);
-  tr_add_works_of_impulses(s, y, impulses, mean);
+  double dv[k->nv + 1], before[k->nrates + 1], works[k->nsliders + 1];
+  memcpy(before, map_rates(k, TR_A(s, maps)), sizeof(double) * k->nrates);
+  tr_find_rate_changes(s, y, dv);
+  for (int i = 0; i < k->nv; ++i) y[k->nq + i] += part * dv[i];
+  tr_evaluate_maps_at(s, t, y);
+  const double *after = map_rates(k, TR_A(s, maps)), *eta = TR_A(s, z) + k->active;
+  for (int i = 0; i < k->nsliders; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    works[i] = 0.0;
+    for (int j = 0; j < pair->nrates; ++j) works[i] -= 0.5 * part * s->impact.h * eta[pair->eta0 + j] * (before[pair->rate0 + j] + after[pair->rate0 + j]);
+  }
+  tr_add_pair_works(s, y, works);
 }
 
 /* Whether each closed contact has its target rate. Contacts whose rows depend on each other may have none in common. */
