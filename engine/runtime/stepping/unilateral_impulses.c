@@ -101,7 +101,8 @@ static int tr_find_impulses(tr_sim *s, double t, const double *y, const tr_phase
   for (int it = 0; it < PIVOTS_MOST; ++it) {
     if (!tr_solve_impulses(s, t, y, p, rate, 0)) return 0;
     const int worst = tr_find_worst_contact(s, p, rate);
-    if (worst < 0) return 1;
+    if (worst < 0 && tr_reach_targets(s, p, rate)) return 1;
+    if (worst < 0) break;
     p->closed[worst] = !p->closed[worst];
   }
   return tr_try_all_impulse_sets(s, t, y, p, rate);
