@@ -82,7 +82,7 @@ static int tr_reach_targets(const tr_sim *s, const tr_phase *p, const double *ra
     speed = fmax(speed, fabs(rate[c] - p->target[c]));
     apart = fmax(apart, fabs(rate[c] + s->impact.h * tr_gap_acceleration(s, c, 0) - p->target[c]));
   }
-  return apart <= REACHED * speed;
+  return apart <= REACHED * speed + IMPULSE_NOTHING * tr_speed_unit(s);
 }
 
 /* Try all sets of closed contacts among those that touch. Returns whether the impulses of a set fulfil all conditions. */
