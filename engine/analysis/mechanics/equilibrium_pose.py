@@ -19,6 +19,7 @@ from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.signals.registry import value_at
+from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import simulate
 from trunnion.system.structure.bodies_and_joints import Joint, System, state_coordinates
 
@@ -31,6 +32,9 @@ SETTLED = 1e-3
 pose."""
 STILL = 1e-14
 """A start counts as at rest if its accelerations, relative to their scale, are below this value."""
+TURN = 2.0 * math.pi
+REPEATED = 1e-8
+"""Two poses are one turn apart if loops and accelerations, relative to their scale, differ by less than this value."""
 
 
 @dataclass(frozen=True)
@@ -154,10 +158,32 @@ def find_rest(scene: sm.Scene) -> MechanismAtRest:
         q, down = ({n: [r[c][-1] for c in r.matching(f"{n}.{of}[*]")] for n in scene.joints} for of in ("q", "latch.state"))
         gaps = {j.name: float(r[f"{j.name}.gap"][-1]) for j in still.system.unilateral}
         scene = engage_latches(open_contacts(start_at(scene, q), [n for n, gap in gaps.items() if gap]), down)
-        still = MechanismAtRest(scene)
+        begun, still = still.pose(), MechanismAtRest(scene)
         if _size(still, fast) < SETTLED and still.settle():
             return still
+        if k > 0 and _turns_for_ever(begun, still, r):
+            raise SimulationError("no pose of rest: the mechanism turns on and on, even with dampers (is a support missing?)")
     raise SimulationError("no pose of rest: the mechanism never stops, even with dampers (is a support missing?)")
+
+
+def _turns_for_ever(begun: np.ndarray, still: MechanismAtRest, run: Result) -> bool:
+    """Whether the run shows that the mechanism never comes to rest (theory, "Rest, swings and efforts"). The run led from rest in
+    the pose ``begun`` (nq) to the pose of ``still``."""
+    system, joints, y = still.system, still.scene.joints, still.block.y
+    angles, turns = {c.name for c in run.columns if c.unit == "rad"}, np.zeros(system.nq)
+    for j in system.tree:
+        for k, q in enumerate(state_coordinates(j), j.q0):
+            away = float(y[k] - begun[k])
+            turns[k] = math.copysign(TURN, away) if f"{j.name}.q[{q + 1}]" in angles and abs(away) > TURN else 0.0
+    wound = [j for n, j in joints.items() if any(abs(run[c][-1] - run[c][0]) > TURN for c in run.matching(f"{n}.q[*]"))]
+    held = any(j.spring or j.nonlinear or j.end_stops for j in wound) or any(j.latch for j in joints.values())
+    if not turns.any() or held or system.unilateral or still.allowed().shape[1] != 1:
+        return False
+    here = still.accelerations()
+    y[: system.nq] -= turns
+    apart = np.concatenate([still.block.gap()[0], (still.accelerations() - here) / still.model.built.numbers.rate**2])
+    y[: system.nq] += turns
+    return bool(np.abs(apart).max() < REPEATED)
 
 
 def _size(still: MechanismAtRest, rate: float) -> float:

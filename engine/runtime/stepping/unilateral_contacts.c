@@ -204,6 +204,7 @@ static int tr_decide_from(tr_sim *s, tr_met *met, const double *old, const tr_mo
     if (hits) {
       char at[n + 1];
       for (int c = 0; c < n; ++c) at[c] = met[c].touches;
+      tr_set_modes_by_rates(s, met, 0); /* a contact that was open has no mode; as stuck, its impulse might pull */
       if (!tr_make_impact(s, s->clock.t, y, at, now)) return TR_FAIL_MODES;
       tr_evaluate_gaps(s, y, gap, rate);
       for (int c = 0; c < n; ++c) met[c].rate = rate[c];

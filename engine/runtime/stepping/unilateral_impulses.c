@@ -94,7 +94,7 @@ static int tr_reach_targets(const tr_sim *s, const tr_phase *p, const double *ra
     speed = fmax(speed, fabs(rate[c] - p->target[c]));
     apart = fmax(apart, fabs(rate[c] + s->impact.h * tr_gap_acceleration(s, c, 0) - p->target[c]));
   }
-  return apart <= REACHED * speed;
+  return apart <= REACHED * speed + IMPULSE_NOTHING * tr_speed_unit(s);
 }
 
 /* Try all sets of closed contacts among those that touch. Returns whether the impulses of a set fulfil all conditions. */
@@ -114,8 +114,8 @@ static int tr_find_impulses(tr_sim *s, double t, const double *y, const tr_phase
   for (int it = 1; it <= PIVOTS_MOST; ++it) {
     if (!tr_solve_impulses(s, t, y, p, rate, 0)) return 0;
     const int worst = tr_find_worst_contact(s, p, rate);
-    if (worst < 0) return 1;
-    if (it > 1 && !memcmp(seen, p->closed, s->k->nunilateral)) break;
+    if (worst < 0 && tr_reach_targets(s, p, rate)) return 1;
+    if (worst < 0 || (it > 1 && !memcmp(seen, p->closed, s->k->nunilateral))) break;
     if (!(it & (it - 1))) memcpy(seen, p->closed, s->k->nunilateral);
     p->closed[worst] = !p->closed[worst];
   }

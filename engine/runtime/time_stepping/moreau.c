@@ -87,16 +87,16 @@ static void tr_evaluate_impulse_maps(tr_sim *s, double t, const double *y, doubl
 
 static int tr_moreau_solve(tr_sim *s, double t, const double *y, double *mid, double h) {
   const tr_kernel *k = s->k;
-  int rest[k->nsliders + 1], n = 0, runs = 0;
+  int rest[k->nsliders + 1], n = 0;
   tr_evaluate_impulse_maps(s, t, y, h, mid);
   if (k->active + k->neta == 0) return 1;
   for (int i = 0; i < k->nsliders; ++i) {
     if (!tr_is_set_valued(s, i)) continue;
-    if (tr_keeps_direction(s, i)) tr_set_sliding_direction(s, i, tr_rates_of_direction(s, i)), runs = 1;
+    if (tr_keeps_direction(s, i)) tr_set_sliding_direction(s, i, tr_rates_of_direction(s, i));
     else rest[n++] = i, tr_mode_of(s, i)->tilt = 0.0; /* no pair yields in an impulse step */
   }
   s->moreau.h = h;
-  int ok = s->moreau.keeps ? tr_solve_in_modes(s) : n ? tr_moreau_decide(s, rest, n, h) : runs ? tr_solve_in_modes(s) : tr_solve_multipliers(s, 1);
+  int ok = s->moreau.keeps ? tr_solve_in_modes(s) : n ? tr_moreau_decide(s, rest, n, h) : k->sets ? tr_solve_in_modes(s) : tr_solve_multipliers(s, 1);
   s->moreau.h = 0.0;
   /* detects dead centres; decisions have checked the friction of pairs */
   if (ok && !k->neta) ok = !(tr_check_solution(s, mid, 0, 0) & TR_BREAKS_LOOP);

@@ -157,6 +157,27 @@ def test_a_falling_body_has_no_pose_of_rest() -> None:
         equilibrium(chain(2), along="elbow")
 
 
+@pytest.mark.parametrize("share", [0.5, 0.97, 1.03, 2.0, -1.5])
+def test_a_pendulum_that_a_torque_turns_over_its_top_has_no_pose_of_rest(share: float) -> None:
+    """share: torque relative to the largest moment of the weight, m g l. Below it, the pendulum rests at its arc sine."""
+    made = pinned(1.0, effort=0.981 * share)
+    turned = replace(made, joints={"pin": replace(made.joints["pin"], friction=None)})
+    if abs(share) < 1.0:
+        assert equilibrium(turned).q["pin"] == pytest.approx([np.arcsin(share)], abs=CLOSE)
+    else:
+        with pytest.raises(SimulationError, match="turns on and on"):
+            equilibrium(turned)
+
+
+@pytest.mark.parametrize("held", ["spring", "end_stops"])
+def test_a_wheel_rests_after_many_turns_where_a_spring_or_a_stop_holds_it(held: str) -> None:
+    wheel = sm.Body(mass=1.0, inertia=(0.01, 0.01, 0.01))
+    holder: dict[str, Any] = {"spring": sm.Spring(0.01)} if held == "spring" else {"end_stops": sm.EndStops(2000.0, upper=100.0)}
+    pin = sm.Joint("revolute", "ground", "wheel", axis="z", effort=1.0, **holder)
+    q = equilibrium(sm.Scene({"wheel": wheel}, {"pin": pin})).q["pin"]
+    assert q == pytest.approx([100.0 if held == "spring" else 100.0005], abs=CLOSE)
+
+
 def _ends(bands: Any) -> list[tuple[float | None, float | None]]:
     return [(b.low, b.high) for b in bands]
 

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 import trunnion
-from tests.default_case_selection import crossed
+from tests.default_case_selection import crossed, sampled
 from tests.engine.unilateral.unilateral_scenes import G, body, box, corner, in_plane, rim, scene
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import simulate
@@ -158,21 +158,22 @@ def constant_direction(A: np.ndarray, b: np.ndarray, mu: float) -> np.ndarray:
     return found[0]
 
 
-@pytest.mark.default_cases(8)
-@pytest.mark.parametrize("seed", range(120))
-def test_a_point_of_a_free_body_strikes_a_plane_with_friction_that_turns_with_the_sliding(seed: int) -> None:
-    """Impacts by Newton's and Poisson's laws. Pose, rates, inertia, point and friction are random."""
+def check_strike(seed: int, strongest: float, slow: bool) -> None:
+    """A point of a free body strikes a plane. Newton's and Poisson's laws; pose, rates, inertia, point and friction are random.
+    strongest: largest coefficient of friction. slow: whether the point approaches much more slowly than it slides."""
     rng = np.random.default_rng(seed)
     mass, inertia = rng.uniform(0.5, 3), rng.uniform(0.01, 0.2, 3)
     inertia[2] = max(min(inertia[2], 0.9 * (inertia[0] + inertia[1])), 1.1 * abs(inertia[0] - inertia[1]))
     turn, point = Rotation.random(random_state=seed), rng.uniform(-0.4, 0.4, 3)
-    mu, e, law = rng.uniform(0.05, 0.5), rng.uniform(0.1, 0.9), ("newton", "poisson")[seed % 2]
+    mu, e, law = rng.uniform(0.05, strongest), rng.uniform(0.1, 0.9), ("newton", "poisson")[seed % 2]
     R = turn.as_matrix()
     arm = R @ point
     J = np.hstack([np.eye(3), np.cross(np.eye(3), arm).T])[[2, 0, 1]]
     v = np.array([*rng.uniform(-2, 2, 2), -rng.uniform(0.5, 3), *rng.uniform(-3, 3, 3)])
     if (J @ v)[0] > -0.3:
         v[2] -= (J @ v)[0] + 0.5
+    if slow:
+        v[2] -= (J @ v)[0] + rng.uniform(0.02, 0.3)
     x, y, z, w = turn.as_quat()
     start = {"q": [0.0, 0.0, float(1e-13 - arm[2]), *map(float, (w, x, y, z))], "qd": list(map(float, v))}
     fly = {"type": "free", "inboard": "ground", "outboard": "b", "start": start}
@@ -248,6 +249,18 @@ def test_two_corners_of_a_box_strike_a_table_together_as_equal_dampers(seed: int
     Mi = np.diag([1 / mass, 1 / mass, 1 / inertia])
     W, u = J @ Mi @ J.T, J @ v
     agrees_after_impact(r, v + Mi @ J.T @ flat_path(W, u, mu, -e * u[:2]))
+
+
+@pytest.mark.default_cases(8)
+@pytest.mark.parametrize("seed", range(120))
+def test_a_point_of_a_free_body_strikes_a_plane_with_friction_that_turns_with_the_sliding(seed: int) -> None:
+    check_strike(seed, 0.5, slow=False)
+
+
+@pytest.mark.parametrize("seed", sampled(range(240), (0, 100, 144, 206)))
+def test_a_point_that_slides_much_faster_than_it_approaches_is_pushed_and_never_pulled(seed: int) -> None:
+    """With strong friction, a point that sticks would need an impulse that pulls."""
+    check_strike(seed, 1.5, slow=True)
 
 
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
