@@ -97,10 +97,10 @@ class ImpactTangents:
         return bool(was_open and phase.given[c] in (RATE, STOP) and f[self.gap + 3 * c + 1] < 0.0)
 
     def _refuse_stops_without_derivative(self, phases: list[Phase]) -> None:
-        """Raise SimulationError where several contacts share an impact as dampers: the derivative of the ratio of their impulses is
-        not computed."""
+        """Raise SimulationError where a pair stops sliding in an impact of several contacts: the derivative of the ratio of their
+        impulses is not computed."""
         if any((p.given == STOP).sum() > 1 for p in phases):
-            raise SimulationError("no derivative: in an impact of several contacts, a joint stops or a contact leaves early")
+            raise SimulationError("no derivative: in an impact of several contacts, a joint stops sliding, and slides on")
 
     def _phases(self) -> Iterator[Phase]:
         u, log = self.unit, self.step.impact

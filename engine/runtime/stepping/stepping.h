@@ -53,11 +53,8 @@ static double tr_find_first_stop(const tr_sim *s, const double *before, const do
 /* What the rates of touching contacts lack of their targets, m/s. */
 static double tr_find_lack(const tr_sim *s, const tr_phase *p, const double *rate);
 
-/* Whether several contacts touch, and lack more than PATH_LEFT of `lack`, which is their lack at the start of the phase. */
-static int tr_do_several_push(const tr_sim *s, const tr_phase *p, const double *rate, double lack);
-
-/* Make the part of a phase that ends where the first pair stops sliding. *which: the pair that stops, or −1. lack: see
- * tr_do_several_push. p->impulse receives the impulses of the part. Returns the part of the last solution's impulses, or of the path,
+/* Make the part of a phase that ends where the first pair stops sliding. *which: the pair that stops, or −1. lack: what the rates
+ * of touching contacts lack at the start of the phase, m/s. p->impulse receives the impulses of the part. Returns the part of the last solution's impulses, or of the path,
  * that was applied to `y`; 0 on failure. */
 static double tr_make_part(tr_sim *s, double t, double *y, const tr_phase *p, const double *rate, double lack, int *which);
 

@@ -63,7 +63,7 @@ static int tr_make_phase(tr_sim *s, double t, double *y, const tr_phase *p, cons
     tr_apply_impulses(s, t, y, 1.0);
     tr_find_first_stop(s, before, map_rates(s->k, TR_A(s, maps)), &stops);
     const int last = !(part > 0.0) || parts == PARTS_MOST - 1;
-    const int ends = last || (stops < 0 && !tr_do_several_push(s, p, rate, lack) && !tr_has_slip_turned(s, before, map_rates(s->k, TR_A(s, maps))));
+    const int ends = last || (stops < 0 && !tr_has_slip_turned(s, before, map_rates(s->k, TR_A(s, maps))));
     if (ends || parts == 0) tr_record_part(s, p, restitution, -1, 1.0);
     if (parts == 0) memcpy(whole, y, sizeof whole);
     if (ends) {

@@ -53,6 +53,7 @@ static double tr_find_lack(const tr_sim *s, const tr_phase *p, const double *rat
   return lack;
 }
 
+/* Whether several contacts touch that lack more than PATH_LEFT of `lack`. */
 static int tr_do_several_push(const tr_sim *s, const tr_phase *p, const double *rate, double lack) {
   int contacts = 0, held = 0;
   for (int c = 0; c < s->k->nunilateral; ++c) contacts += p->at[c], held |= p->least[c] > 0.0;
@@ -146,17 +147,19 @@ static int tr_slows_too_fast(const tr_sim *s, const double *before, const double
   return 0;
 }
 
-/* Find the end of a part within a step of length `high`, and make the step to this end into `next`. Returns its length; 0 on
+/* Find the end of a part within a step of length `high`, at whose end the pair *which stops, and make the step to this end into `next`. Returns its length; 0 on
  * failure. */
 static double tr_find_part_end(tr_sim *s, double t, const double *y, const tr_growth *g, double grown, double high, double *next, int *which) {
   double low = 0.0, error;
+  int pair = *which; /* that stops at `high` */
   for (int k = 0; k < PATH_HALVES && 0.5 * (low + high) > low && 0.5 * (low + high) < high; ++k) {
     const double middle = 0.5 * (low + high);
     if (!tr_try_path_step(s, t, y, g, middle, next, &error)) return 0.0;
-    if (tr_does_part_end(s, y, next, g, grown + middle, which)) high = middle;
+    if (tr_does_part_end(s, y, next, g, grown + middle, which)) high = middle, pair = *which;
     else low = middle;
   }
-  return tr_try_path_step(s, t, y, g, high, next, &error) && tr_does_part_end(s, y, next, g, grown + high, which) ? high : 0.0;
+  *which = pair;
+  return tr_try_path_step(s, t, y, g, high, next, &error) ? high : 0.0;
 }
 
 /* Let the impulses grow to the first stop of a pair, or to the end of the path. Without `several`, this end is one unit of the path,

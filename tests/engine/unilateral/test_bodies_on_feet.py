@@ -134,27 +134,31 @@ def test_a_plate_on_three_feet_slides_and_spins_as_an_independent_integration_sa
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(120))
-def test_a_box_on_four_feet_slides_stops_and_then_tips_or_slides_as_by_hand(seed: int) -> None:
-    """While the box slides, μ h/b of the load moves from the rear to the front feet. At rest, equal contacts share it equally.
-    A push at the height k tips the box at F k = m g b. It slides the box at F = μ m g."""
+def test_a_box_on_four_feet_lands_slides_stops_and_then_tips_or_slides_as_by_hand(seed: int) -> None:
+    """At the impact and while the box slides, μ h/b of the load moves from the rear to the front feet. At rest, equal contacts
+    share the load equally. A push at the height k tips the box at F k = m g b. It slides the box at F = μ m g."""
     rng = np.random.default_rng(seed)
     half, wide, high, mass = rng.uniform(0.15, 0.3), rng.uniform(0.1, 0.2), rng.uniform(0.2, 0.4), rng.uniform(1, 5)
     slides = seed % 2 == 0
     mu = (rng.uniform(0.3, 0.8) if slides else 0.9) * half / high
     up = 0.0 if slides else rng.uniform(1.0, 2.0) * high
+    fall = rng.uniform(0.05, 0.2)
     feet = np.array([[x, y, -high] for x in (-half, half) for y in (-wide, wide)])
-    stops, weight = rng.uniform(0.03, 0.3), mass * G
+    lands, weight = np.sqrt(2 * fall / G), mass * G
+    v0 = rng.uniform(1.3, 2.5) * mu * G * lands
+    v1 = v0 - mu * G * lands
+    stops = lands + v1 / (mu * G)
     limit = (mu if slides else half / (high + up)) * weight
     push = [{"ramp": {"start": 0.0, "end": 10.0 * limit, "duration": 1.0, "begin": float(stops + 0.1)}}, 0.0, 0.0]
-    start = {"q": [0, 0, high, 1, 0, 0, 0], "qd": [float(mu * G * stops), 0, 0, 0, 0, 0]}
-    made = on_feet(feet, mu, mass, 0.05 * mass, start, push, up, rails=True)
+    start = {"q": [0, 0, high + fall, 1, 0, 0, 0], "qd": [float(v0), 0, 0, 0, 0, 0]}
+    made = on_feet(feet, mu, mass, 0.05 * mass, start, push, up, rails=True, starts="open")
     r = simulate(made, until=stops + 0.21, rtol=1e-10, kernel="parts")
     assert r.outcome.ok, r.outcome
-    expected = [("stick", stops)] * 4
+    expected = [("contact_closed", lands)] * 4 + [("slip", lands)] * 4 + [("stick", stops)] * 4
     expected += [("slip", stops + 0.2)] * 4 if slides else [("contact_opened", stops + 0.2)] * 2
     assert [e.kind for e in r.events] == [k for k, _ in expected]
     assert [e.time for e in r.events] == pytest.approx([t for _, t in expected], abs=2e-9)
-    front, rest = (r.time > 1e-6) & (r.time < stops - 1e-6), (r.time > stops + 1e-6) & (r.time < stops + 0.1)
+    front, rest = (r.time > lands + 1e-6) & (r.time < stops - 1e-6), (r.time > stops + 1e-6) & (r.time < stops + 0.1)
     for k in range(4):
         load = np.abs(r[f"foot{k}.reaction.force[2]"])
         side = 1.0 if k >= 2 else -1.0
