@@ -7,6 +7,7 @@ of constraint rows. ``tests/fmu/sources/test_c_library.py`` checks each length a
 from __future__ import annotations
 
 CALLS = {
+    "tr_path_vectors(s)": "(1 + (TR_MAX_NV + TR_MAX_NSLIDERS + TR_MAX_ACTIVE + TR_MAX_NETA) / TR_LANES)",
     "tr_state_width(s)": "TR_MAX_WIDTH", "tr_z_length(s)": "TR_MAX_NZ", "tr_solution_size(s)": "(2 + TR_MAX_NZ + TR_MAX_ACTIVE)",
     "tr_open_count(s)": "TR_MAX_ACTIVE", "tr_loop_rows(s)": "TR_MAX_ACTIVE", "tr_dependent_rows(s)": "TR_MAX_ACTIVE",
     "fmu_states()": "TR_MAX_WIDTH", "tr_watched_count(s)": "(TR_MAX_NSLIDERS + TR_MAX_NSTOPS)",

@@ -64,17 +64,19 @@ static int tr_do_several_push(const tr_sim *s, const tr_phase *p, const double *
  * impulses per unit of the path. several: kg; the impulse of each contact grows by `several` times the rate that the contact still
  * lacks, as with equal dampers, until all contacts together lack `left`, m/s. 0: all impulses keep their ratio. from: rates of all
  * pairs at the start of the present step; no direction reverses within a step. stuck: whether each pair is stuck there. modes: the
- * modes of friction there. n: SIMD vectors of a point of the path: rates v, works of the pairs, impulses of all multipliers. u: the
- * point at the start of the step. K: derivatives in the step. */
+ * modes of friction there. u: the point of the path at the start of the step: rates v, works of the pairs, impulses of all
+ * multipliers. K: derivatives in the step. */
 typedef struct tr_growth {
   const tr_phase *p;
   tr_phase *all;
   const double *rate;
   double several, left, *from;
   tr_mode *modes;
-  int n;
   double *u, *K;
 } tr_growth;
+
+/* SIMD vectors of a point of the path. */
+static int tr_path_vectors(const tr_sim *s) { return (s->k->nv + s->k->nsliders + s->k->active + s->k->neta + TR_LANES - 1) / TR_LANES; }
 
 static const tr_method *tr_method_of_path(void) { return &tr_methods[TR_AUTO_TIGHT]; }
 
@@ -103,17 +105,17 @@ static int tr_evaluate_growth(tr_sim *s, double t, const double *y, const double
  * the last row of K. Returns 0 on failure. */
 static int tr_try_path_step(tr_sim *s, double t, const double *y, const tr_growth *g, double h, double *next, double *error) {
   const tr_explicit *m = tr_method_of_path()->explicit;
-  const int width = g->n * TR_LANES;
+  const int n = tr_path_vectors(s), width = n * TR_LANES;
   double at[width], most = 0.0, size[2] = {0.0, 0.0};
   tr_restore_modes(s, g->modes);
   for (int i = 1; i < m->stages; ++i) {
-    m->argument(i, g->n, h, (tr_vec *)g->u, (tr_vec *)g->K, (tr_vec *)at);
+    m->argument(i, n, h, (tr_vec *)g->u, (tr_vec *)g->K, (tr_vec *)at);
     if (!tr_evaluate_growth(s, t, y, at, g, 1, g->K + i * width)) return 0;
   }
-  m->solution(g->n, h, (tr_vec *)g->u, (tr_vec *)g->K, (tr_vec *)next);
+  m->solution(n, h, (tr_vec *)g->u, (tr_vec *)g->K, (tr_vec *)next);
   if (!tr_evaluate_growth(s, t, y, next, g, 0, g->K + m->stages * width)) return 0;
   for (int e = 0; e < m->errors; ++e) {
-    m->error[e](g->n, h, (tr_vec *)g->K, (tr_vec *)at);
+    m->error[e](n, h, (tr_vec *)g->K, (tr_vec *)at);
     for (int i = 0; i < s->k->nv; ++i) size[e] = fmax(size[e], fabs(at[i])), most = fmax(most, fabs(next[i]));
   }
   *error = most > 0.0 ? sqrt(m->errors > 1 ? tr_combine_estimators(size[0] * size[0], size[1] * size[1]) : size[0] * size[0]) / most : 0.0;
@@ -167,7 +169,7 @@ static double tr_find_part_end(tr_sim *s, double t, const double *y, const tr_gr
 static double tr_follow_path(tr_sim *s, double t, double *y, const tr_growth *g, int *which) {
   const tr_method *m = tr_method_of_path();
   const double most = g->several > 0.0 ? INFINITY : 1.0;
-  const int width = g->n * TR_LANES, nrates = s->k->nrates;
+  const int width = tr_path_vectors(s) * TR_LANES, nrates = s->k->nrates;
   double grown = 0.0, h = PATH_FIRST, error, next[width], gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
   memcpy(g->u, y + s->k->nq, sizeof(double) * s->k->nv);
   memcpy(g->from, map_rates(s->k, TR_A(s, maps)), sizeof(double) * nrates);
@@ -207,9 +209,8 @@ static int tr_needs_path(const tr_sim *s, const tr_phase *p, const double *rate,
 /* Make a part whose friction turns, or in which several contacts push. See tr_make_part. */
 static double tr_make_part_by_path(tr_sim *s, double t, double *y, tr_growth *g, int *which) {
   const int nv = s->k->nv, pairs = s->k->nsliders, nz = s->k->active + s->k->neta;
-  g->n = (nv + pairs + nz + TR_LANES - 1) / TR_LANES;
-  const int width = g->n * TR_LANES, rows = tr_method_of_path()->explicit->stages + 1;
-  double from[s->k->nrates + 1], u[width], K[rows * width];
+  const int width = tr_path_vectors(s) * TR_LANES;
+  double from[s->k->nrates + 1], u[width], K[TR_STAGES * width];
   tr_mode modes[pairs + 1];
   memset(u, 0, sizeof u), memset(K, 0, sizeof K);
   g->from = from, g->u = u, g->K = K, g->modes = modes, g->all->from = from;
