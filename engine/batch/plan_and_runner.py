@@ -110,13 +110,14 @@ def plan(
         raise SceneError([Problem("vary", what, "give exactly one of vary (grid), cases (list) and sample (ranges)")])
     vary, sample = (w if w is None else current_paths(w) for w in (vary, sample))
     problems = list(wrong)
-    if earlier is not None:
-        system, chosen, series = earlier.system, earlier.reductions, earlier.series
-    else:
+    system: System | None
+    if earlier is None:
         system = build(scene).system
         everything = columns(system)
         chosen = _found(problems, lambda: with_errors(reductions(keep, everything), certify))
         series = series_of(everything, trajectories, spacing, problems)
+    else:
+        system, chosen, series = earlier.system, earlier.reductions, earlier.series
     if vary is not None:
         found = _found(problems, partial(grid, scene, vary))
     elif cases is not None:
