@@ -93,13 +93,15 @@ def plan(
     most: int | None = None,
     certify: bool = False,
     wrong: Sequence[Problem] = (),
+    earlier: Plan | None = None,
 ) -> Plan:
     """The plan of a batch, from exactly one of ``vary`` (grid), ``cases`` (list) and ``sample`` (ranges, with ``count`` and
     ``seed``).
 
     keep: reductions as text; run: settings of all cases; trajectories: patterns of columns whose rows are stored; spacing: spacing
     of the stored rows, s; most: largest number of cases; certify: whether to estimate the errors of the reductions, too; wrong:
-    problems that were found earlier. SceneError lists every problem.
+    problems that were found earlier; earlier: a plan with the same arguments except for its cases, whose structure is reused.
+    SceneError lists every problem.
     """
     run = run or Run()
     ways = [w for w in (vary, cases, sample) if w is not None]
@@ -108,10 +110,14 @@ def plan(
         raise SceneError([Problem("vary", what, "give exactly one of vary (grid), cases (list) and sample (ranges)")])
     vary, sample = (w if w is None else current_paths(w) for w in (vary, sample))
     problems = list(wrong)
-    system = build(scene).system
-    everything = columns(system)
-    chosen = _found(problems, lambda: with_errors(reductions(keep, everything), certify))
-    series = series_of(everything, trajectories, spacing, problems)
+    system: System | None
+    if earlier is None:
+        system = build(scene).system
+        everything = columns(system)
+        chosen = _found(problems, lambda: with_errors(reductions(keep, everything), certify))
+        series = series_of(everything, trajectories, spacing, problems)
+    else:
+        system, chosen, series = earlier.system, earlier.reductions, earlier.series
     if vary is not None:
         found = _found(problems, partial(grid, scene, vary))
     elif cases is not None:
@@ -162,11 +168,14 @@ class Stopped(Exception):
 class Runner:
     """Runs chunks of a plan and reuses kernels, memory blocks and built scenes. One thread at a time may use a runner. preparer:
     the preparer of another runner of this plan. Both runners then share the built scenes of the preparer. earlier: a runner whose
-    plan differs only in its cases. This runner reuses its structure, kernel and blocks."""
+    plan differs only in its cases. This runner reuses its structure, kernel and blocks, and, if the same numbers vary, its built
+    scenes."""
 
     def __init__(self, plan: Plan, preparer: Preparer | None = None, earlier: Runner | None = None):
         self.plan = plan
         start = earlier.preparer.start if earlier else None
+        if earlier and earlier.plan.cases.paths == plan.cases.paths:
+            preparer = earlier.preparer
         self.preparer: Preparer = preparer or Preparer(plan.scene, plan.cases.paths, plan.run, plan.cases.ends, start)
         earlier_loops = earlier.loops if earlier else []
         self.loops: list[Loop | ErrorEstimateLoop] = [x for x in earlier_loops if x.model.built is start]

@@ -21,7 +21,7 @@ from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.part_file_format import CaseRange, CorruptPart, document_bytes
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.leases_and_chunks import ChunkReport, FailedAttempt, LeaseLost, WorkStore
-from trunnion.service.store.store_records import Chunk
+from trunnion.service.store.store_records import Chunk, Job
 
 log = logging.getLogger("trunnion.service")
 AHEAD = 1
@@ -52,8 +52,13 @@ class Dispatcher(LeasedJobs):
         self.woken.set()
         self.thread.join(STOP_SECONDS)
 
+    def start_job(self, job: Job, document: str) -> None:
+        """Start a new job in the next turn. document: the text of the stored request."""
+        self.submitted.put((job, document))
+        self.woken.set()
+
     def wake(self) -> None:
-        """Start the next turn now, because a job was submitted or cancelled."""
+        """Start the next turn now, because a job was cancelled."""
         self.claimed = -1e9
         self.woken.set()
 
@@ -91,6 +96,7 @@ class Dispatcher(LeasedJobs):
         busy = self._record_results()
         if time.monotonic() - self.claimed > self.settings.lease / 3:
             self._claim()
+        self._start_submitted()
         for active in list(self.jobs.values()):
             try:
                 self._check_job(active)
@@ -158,7 +164,7 @@ class Dispatcher(LeasedJobs):
     def _submit(self, active: ActiveJob, chunk: Chunk, time_grant: tuple[float, float], pause: float) -> None:
         case_range = CaseRange(chunk.job, active.document, chunk.start, chunk.stop)
         values = None if active.follow is None else active.follow.rows(chunk.start, chunk.stop).tolist()
-        future = self.cluster.submit(run_chunk, self.parts.url, case_range, *time_grant, values, pause)
+        future = self.cluster.submit_reporting(run_chunk, self.parts.url, case_range, *time_grant, values, pause)
         active.flying[chunk.start], active.granted[chunk.start] = (chunk, future), time_grant[0]
         future.add_done_callback(lambda f, job=chunk.job, start=chunk.start: self._put_returned(job, start, f))
 
@@ -263,10 +269,10 @@ class Dispatcher(LeasedJobs):
 
     @staticmethod
     def _result(future: Any) -> dict[str, Any] | None:
-        """The report that a worker returned. None if the report is lost. The next attempt then finds the part if the worker wrote
-        it."""
+        """The report that a worker returned. A report that did not come with the end of the task is requested. None if the report
+        is lost. The next attempt then finds the part if the worker wrote it."""
         try:
-            return dict(future.result(timeout=RESULT_SECONDS))
+            return dict(getattr(future, "report", None) or future.result(timeout=RESULT_SECONDS))
         except Exception as e:  # noqa: BLE001  # after any error, the chunk runs again
             log.info("a result was lost: %s", e)
             return None

@@ -9,7 +9,9 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
+from secrets import token_hex
 from typing import Any
+from weakref import WeakValueDictionary
 
 log = logging.getLogger("trunnion.service")
 CONNECT_SECONDS = 10
@@ -32,8 +34,19 @@ class NoCluster(RuntimeError):
     """No cluster is available; a retry can succeed."""
 
 
+def run_and_report(topic: str, function: Callable[..., Any], *arguments: Any) -> Any:
+    """Run a function on a worker. The worker sends the result together with the end of the task. A later request for the result
+    would cost a third of the task's messages."""
+    from distributed import get_worker
+
+    result, worker = function(*arguments), get_worker()
+    worker.log_event(topic, (worker.get_current_task(), result))
+    return result
+
+
 class Cluster:
-    """A connection to the cluster. Its futures are cancelled when the scheduler is lost."""
+    """A connection to the cluster. Its futures are cancelled when the scheduler is lost. sent: the futures of ``submit_reporting``
+    that are in use, by key; their attribute ``report`` is the result of the function, once the result has arrived."""
 
     def __init__(self, address: str, workers: int, scratch: Path, tls: Mapping[str, str] | None = None):
         self.address, self.scratch, self.tls = address, scratch, tls
@@ -45,6 +58,8 @@ class Cluster:
         self.counted, self.counted_at = 0, -COUNT_SECONDS
         self.lock = threading.Lock()
         self.failed_at = 0.0
+        self.sent: WeakValueDictionary[str, Any] = WeakValueDictionary()
+        self._topic = f"trunnion-{token_hex(8)}"
 
     def connect(self) -> Any:
         """The connected Dask client. Raises NoCluster when the cluster cannot be reached."""
@@ -77,6 +92,7 @@ class Cluster:
             self.local = local_cluster(self.wanted, str(self.scratch), logging.ERROR)
         shown = {"security": Security(require_encryption=True, **self.tls)} if self.tls else {}
         self.client = Client(self.local or self.address, timeout=CONNECT_SECONDS, set_as_default=False, **shown)
+        self.client.subscribe_topic(self._topic, self._take_report)
         log.info("cluster: %s", self.client)
 
     def _drop(self) -> None:
@@ -92,7 +108,10 @@ class Cluster:
         if time.monotonic() - self.counted_at > COUNT_SECONDS:
             client = self.connect()
             try:
-                self.counted = sum(client.nthreads(callback_timeout=CONNECT_SECONDS).values())
+                if self.local is None:
+                    self.counted = sum(client.nthreads(callback_timeout=CONNECT_SECONDS).values())
+                else:
+                    self.counted = self.local.scheduler.total_nthreads
             except Exception as e:
                 raise NoCluster(str(e)) from e
             self.counted_at = time.monotonic()
@@ -105,6 +124,18 @@ class Cluster:
             return client.submit(function, *arguments, pure=False, priority=priority)
         except Exception as e:
             raise NoCluster(str(e)) from e
+
+    def submit_reporting(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """The future of a function call whose result consists of plain data. NoCluster as for ``submit``."""
+        future = self.submit(run_and_report, self._topic, function, *arguments)
+        self.sent[future.key] = future
+        return future
+
+    def _take_report(self, event: tuple[float, Any]) -> None:
+        """Attach a result that a worker sent to its future."""
+        key, result = event[1]
+        if (future := self.sent.get(key)) is not None:
+            future.report = result
 
     def close(self) -> None:
         """End the local cluster, or disconnect from the scheduler."""

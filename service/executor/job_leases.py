@@ -5,6 +5,7 @@ part exists. Otherwise the chunk runs again."""
 
 from __future__ import annotations
 
+import json
 import queue
 import secrets
 import time
@@ -26,14 +27,15 @@ from trunnion.service.store.store_records import Chunk, Job
 
 class LeasedJobs:
     """The jobs that this server leases. name: the server's name in leases. returned: (job, first case, future) of chunks that
-    returned from the cluster and are not stored yet. claimed: monotonic time of the last claim, s. renewed: monotonic time of the
-    last renewal, s."""
+    returned from the cluster and are not stored yet. submitted: (new job, text of its document) of leased jobs that have not
+    started. claimed: monotonic time of the last claim, s. renewed: monotonic time of the last renewal, s."""
 
     def __init__(self, store: WorkStore, parts: Parts, settings: Settings):
         self.store, self.parts, self.settings = store, parts, settings
         self.name = secrets.token_hex(8)
         self.jobs: dict[str, ActiveJob] = {}
         self.returned: queue.SimpleQueue[tuple[str, int, Any]] = queue.SimpleQueue()
+        self.submitted: queue.SimpleQueue[tuple[Job, str]] = queue.SimpleQueue()
         self.claimed = self.renewed = -1e9
 
     def _renew(self) -> None:
@@ -51,19 +53,23 @@ class LeasedJobs:
         for job in held.values():
             if job.id in self.jobs:
                 self.jobs[job.id].job = job
-                continue
-            try:
-                self._take_over(job)
-            except LeaseLost:
-                self._forget(self.jobs[job.id])
+            else:
+                self._take_over(job, self.store.document(job.id))
 
-    def _take_over(self, job: Job) -> None:
-        """Start a newly leased job, or resume it."""
-        document = self.store.document(job.id)
+    def _start_submitted(self) -> None:
+        """Start the jobs that were submitted since the last turn."""
+        while not self.submitted.empty():
+            job, document = self.submitted.get()
+            if job.id not in self.jobs:  # a claim may have started the job
+                self._take_over(job, json.loads(document))
+
+    def _take_over(self, job: Job, document: dict[str, Any]) -> None:
+        """Start a newly leased job, or resume it. A job whose lease is lost is dropped."""
+        data = document_bytes(document)
         if job.state != "cancelling":
-            self.parts.write(self.parts.job_file(job.id), document_bytes(document))
+            self.parts.write(self.parts.job_file(job.id), data)
         spent = job.seconds + job.build_seconds
-        active = ActiveJob(job, planned=job.planned, spent=spent, document=digest_of(document_bytes(document)))
+        active = ActiveJob(job, planned=job.planned, spent=spent, document=digest_of(data))
         active.apart = active.warm = document.get("fit") is not None
         active.cpu_limit = inf if active.apart else current_settings(document).get("cpu_limit") or self.settings.limits.cpu_limit
         if job.done and job.seconds:
@@ -72,7 +78,10 @@ class LeasedJobs:
         if study is not None and job.state != "cancelling":
             active.follow = StudyProgress(study)
         self.jobs[job.id] = active
-        self._settle_running(active, job.state == "queued")
+        try:
+            self._settle_running(active, job.state == "queued")
+        except LeaseLost:
+            self._forget(active)
 
     def _settle_running(self, active: ActiveJob, is_new: bool = False) -> None:
         """Settle the chunks that are stored as running but have no future in this server. An earlier server sent these chunks, or a
@@ -82,7 +91,8 @@ class LeasedJobs:
         there = self.parts.names(active.job.id) if left else set()
         for k in range(0, len(left), COMMIT_SIZE):
             self._settle_chunks(active, left[k : k + COMMIT_SIZE], there)
-        self.store.begin(self.name, active.job.id)
+        if not is_new:
+            self.store.begin(self.name, active.job.id)
         active.sure = True
         self._advance_study(active)
 

@@ -54,7 +54,7 @@ def report_stages(parts: Parts, job: str, wanted: bool) -> Iterator[Tell]:
         if wanted and stage != last:
             last = stage
             with suppress(OSError):
-                parts.write(parts.stage_file(job), stage.encode())
+                parts.write(parts.stage_file(job), stage.encode(), lasting=False)
 
     _listen()
     token = _TELL.set(tell)

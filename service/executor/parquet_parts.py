@@ -32,16 +32,17 @@ class Parts:
         """Path of the part of a range of cases."""
         return f"{self.root}/{case_range.job}/part-{case_range.start:09d}-{case_range.stop:09d}.parquet"
 
-    def write(self, path: str, data: bytes) -> None:
-        """Write bytes to a path, atomically."""
+    def write(self, path: str, data: bytes, lasting: bool = True) -> None:
+        """Write bytes to a path, atomically. lasting: whether the file must survive a crash of the machine."""
         self.fs.makedirs(path.rpartition("/")[0], exist_ok=True)
         if not self.local:
             self.fs.pipe_file(path, data)  # object stores write objects atomically
             return
         with replacing(path, ".tmp") as work, work.open("wb") as f:
             f.write(data)
-            f.flush()
-            os.fsync(f.fileno())
+            if lasting:
+                f.flush()
+                os.fsync(f.fileno())
 
     def write_part(self, case_range: CaseRange, table: pyarrow.Table) -> int:
         """Write the part of a range of cases. Returns the size of the part in bytes."""

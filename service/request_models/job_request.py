@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from math import isfinite
 from typing import Annotated, Any
@@ -15,7 +16,7 @@ from trunnion.analysis.studies.request import make_study, with_case_values
 from trunnion.analysis.studies.study_rounds import ReportedCases, Study
 from trunnion.basics.errors import Problem, SceneError, raise_problems
 from trunnion.basics.number_declarations import Bound
-from trunnion.basics.renamed_words import SETTINGS, deprecation_notes
+from trunnion.basics.renamed_words import SETTINGS, add_note, deprecation_notes
 from trunnion.basics.setting_declarations import offered
 from trunnion.batch.plan_and_runner import Plan, Run, plan
 from trunnion.scene.composition.data_with_source_lines import copy_of
@@ -25,6 +26,7 @@ from trunnion.scene.file_format.yaml_writer import scene_to_dict
 from trunnion.scene.library.model_folders import SCENE_FILE, bundled_names, model_folder
 from trunnion.scene.overrides import apply
 from trunnion.scene.scene_loader import load_scene, scene_from_dict, scene_from_text
+from trunnion.service.basics.recently_used_cache import RecentItems
 from trunnion.service.basics.server_settings import Limits
 from trunnion.service.request_models.base_model_and_studies import (
     Number,
@@ -206,10 +208,34 @@ def _long_run_problems(end: str, until: float, spacing: str, rows: float, limits
     return problems
 
 
+CASE_FIELDS = {"vary", "cases", "sample", "label", "tags", "notify", "budget"}
+"""The fields of a request that affect neither the structure of its plan nor the runs."""
+_EARLIER: RecentItems[tuple[str, Limits | None], Plan] = RecentItems(4)
+"""Plans of the last requests, by their other fields and by the limits that they were checked against."""
+
+
+def _reusing(asked: Mapping[str, Any], limits: Limits | None, make: Callable[[Plan | None], Plan]) -> Plan:
+    """The plan that ``make`` makes from the plan of an earlier request, which differed only in CASE_FIELDS, or from None. A request
+    with deprecated words is never an earlier request, because it needs its notes each time."""
+    key = json.dumps({k: v for k, v in asked.items() if k not in CASE_FIELDS}), limits
+    with deprecation_notes() as notes:
+        made = make(_EARLIER.get(key))
+    for note in notes:
+        add_note(note)
+    if not notes and made.system is not None:
+        _EARLIER.of(key, lambda: made)
+    return made
+
+
 def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
     """The plan of a job's request. SceneError with all problems, including violated limits."""
-    scene = scene_of(request, limits)
-    asked = request.model_dump(exclude={"scene", "scene_text", "overrides"})
+    asked = request.model_dump()
+    return _reusing(asked, limits, lambda earlier: _plan_of_request(request, asked, limits, earlier))
+
+
+def _plan_of_request(request: JobRequest, asked: dict[str, Any], limits: Limits, earlier: Plan | None) -> Plan:
+    """The plan of a job's request with the fields ``asked``. earlier: as for ``_reusing``."""
+    scene = scene_of(request, limits) if earlier is None else earlier.scene
     values, problems = settings_read(JOBS, asked)
     problems += _budget_problems(request.budget, limits)
     if request.fit is not None:
@@ -218,7 +244,7 @@ def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
     run = replace(Run(**values), **most)
     problems += _case_limit_problems(run, scene, limits)
     try:
-        made = _planned(scene, asked, run, limits.cases)
+        made = _planned(scene, asked, run, limits.cases, earlier)
     except SceneError as e:
         told = {p.where for p in problems}
         raise SceneError([*problems, *(p for p in e.problems if p.where not in told)]) from None
@@ -243,9 +269,9 @@ def study_of_document(document: dict[str, Any]) -> Study | None:
         return make_study(scene_from_dict(document["scene"]), wanted, document["reductions"], run)[0]
 
 
-def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) -> Plan:
+def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None, earlier: Plan | None) -> Plan:
     """The plan for a scene and the other fields of a request. A study reports the parameter values of its cases later
-    (``ReportedCases``)."""
+    (``ReportedCases``). earlier: as for ``_reusing``."""
     if (wanted := study_request(asked)) is not None:
         ways = [asked[n] for n in ("vary", "cases", "sample", "optimise", "refine") if asked.get(n) is not None]
         wrong = [Problem("vary", "there is more than one source of cases", ONE_SOURCE)] if len(ways) > 1 else []
@@ -269,6 +295,7 @@ def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) ->
         run=run,
         trajectories=asked.get("trajectories") or (),
         most=most,
+        earlier=earlier,
         **{n: asked[n] for n in ("spacing", "certify") if n in asked},
     )
 
@@ -304,11 +331,15 @@ def identity_of(request: JobRequest) -> str:
 def plan_of_document(document: dict[str, Any]) -> Plan:
     """The plan of a job from its stored document."""
     document = current_document(document)
-    with deprecation_notes():
-        scene, values = scene_from_dict(document["scene"]), settings_given(JOBS, document)
+
+    def made(earlier: Plan | None) -> Plan:
+        scene, values = earlier.scene if earlier else scene_from_dict(document["scene"]), settings_given(JOBS, document)
         if document.get("fit") is not None:
             return fit_of_document(scene, document, values["rtol"])
-        return _planned(scene, document, Run(**values), None)
+        return _planned(scene, document, Run(**values), None, earlier)
+
+    with deprecation_notes():
+        return _reusing(document, None, made)
 
 
 def digest(value: Any) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 from sqlalchemy import BindParameter, bindparam, func, insert, select, update
 
-from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, events, jobs
+from trunnion.service.store.table_definitions import ACTIVE, attempts, audit, chunks, events, jobs
 
 JOB: BindParameter[Any] = bindparam("of_job")
 SERVER: BindParameter[Any] = bindparam("of_server")
@@ -18,6 +18,16 @@ JOBS = select(*(column for column in jobs.c if column is not jobs.c.document))
 JOB_OF_ID = JOBS.where(jobs.c.id == JOB)
 LOCKED_JOB = JOB_OF_ID.with_for_update()
 DOCUMENT = select(jobs.c.document).where(jobs.c.id == JOB)
+ADD_JOB, ADD_NOTE = insert(jobs), insert(audit)
+SINCE: BindParameter[Any] = bindparam("since")
+ACTIVE_JOBS = select(func.count()).select_from(jobs).where(jobs.c.state.in_(ACTIVE))
+USAGE = select(
+    func.count().filter(jobs.c.state.in_(ACTIVE)),
+    func.coalesce(func.sum(jobs.c.bytes), 0),
+    func.coalesce(func.sum(jobs.c.cases).filter(jobs.c.created > SINCE), 0),
+).where(jobs.c.owner == bindparam("of_owner"))
+"""Usage of an owner: number of active jobs, bytes of results, number of cases submitted since a time."""
+DELETIONS = select(audit.c.data).where(audit.c.what == "deleted", audit.c.time > SINCE)
 CHANGE_JOB = update(jobs).where(jobs.c.id == JOB)
 HELD_JOBS = JOBS.where(jobs.c.state.in_(ACTIVE), jobs.c.lease_owner == SERVER).order_by(jobs.c.created, jobs.c.id)
 LEASES_OF_OTHERS = select(jobs.c.id, jobs.c.lease_owner, jobs.c.beat, jobs.c.lease).where(

@@ -90,11 +90,12 @@ class Store:
 
     def submit(
         self, owner: str, digest: str, scene: str, label: str, document: str, cases: int, budget: float, key: str | None = None,
-        tags: Sequence[str] = (), notify: str = "", asked: int | None = None,
+        tags: Sequence[str] = (), notify: str = "", asked: int | None = None, server: str | None = None, lease: float = 0.0,
     ) -> tuple[Job, bool]:  # fmt: skip
         """Store a new job. Returns the job, and whether the job is new. If the idempotency ``key`` was used before with the same
         ``digest``, returns the existing job. Conflict if the key was used with another digest. asked: number of known cases of a
-        study, which is 0 for a new study. None for any other job."""
+        study, which is 0 for a new study. None for any other job. server: the server that leases the new job for ``lease`` seconds,
+        if any."""
         values: dict[str, Any] = {
             "id": secrets.token_hex(12),
             "owner": owner,
@@ -109,11 +110,15 @@ class Store:
             "tags": json.dumps(list(tags)),
             "notify": notify,
             "asked": asked,
+            "lease_owner": server,
+            "lease": lease,
         }
         try:
             with transaction(self.engine, writing=True) as c:
-                c.execute(insert(jobs).values(values | {"created": self.now(c)}))
+                now = self.now(c)
+                c.execute(sql.ADD_JOB, values | {"created": now, "lease_until": now + lease})
                 self._event(c, values["id"], "submitted", {"cases": cases})
+                self._note(c, owner, "submitted", values["id"], {"cases": cases, "scene": scene})
                 return record_of(Job, c.execute(sql.JOB_OF_ID, {"of_job": values["id"]}).mappings().one()), True
         except IntegrityError:
             with transaction(self.engine) as c:
@@ -230,15 +235,15 @@ class Store:
 
     def usage(self, owner: str) -> dict[str, int]:
         """The present usage of an owner: number of active ``jobs``, ``bytes`` of results, ``cases`` submitted within a day. Cases
-        of deleted jobs still count for a day after their submission."""
+        of deleted jobs still count for a day after their submission. ``waiting``: number of active jobs of all owners."""
         with transaction(self.engine) as c:
-            own, now = jobs.c.owner == owner, self.now(c)
-            active = c.execute(select(func.count()).select_from(jobs).where(own, jobs.c.state.in_(ACTIVE))).scalar_one()
-            kept = c.execute(select(func.coalesce(func.sum(jobs.c.bytes), 0)).where(own)).scalar_one()
-            today = c.execute(select(func.coalesce(func.sum(jobs.c.cases), 0)).where(own, jobs.c.created > now - DAY)).scalar_one()
-            gone = c.execute(select(audit.c.data).where(audit.c.what == "deleted", audit.c.time > now - DAY)).scalars()
-            deleted = [d for d in map(json.loads, gone) if d.get("owner") == owner and d.get("created", 0.0) > now - DAY]
-        return {"jobs": int(active), "bytes": int(kept), "cases": int(today) + sum(d["cases"] for d in deleted)}
+            since = self.now(c) - DAY
+            active, kept, today = c.execute(sql.USAGE, {"of_owner": owner, "since": since}).one()
+            gone = c.execute(sql.DELETIONS, {"since": since}).scalars()
+            deleted = [d for d in map(json.loads, gone) if d.get("owner") == owner and d.get("created", 0.0) > since]
+            waiting = c.execute(sql.ACTIVE_JOBS).scalar_one()
+        cases = int(today) + sum(d["cases"] for d in deleted)
+        return {"jobs": int(active), "bytes": int(kept), "cases": cases, "waiting": int(waiting)}
 
     def delete(self, job: str, who: str, **data: Any) -> bool:
         """Delete an ended job with its chunks and events, and add the deletion to the audit log. Returns False if the job has not
@@ -275,7 +280,7 @@ class Store:
 
     def _note(self, c: Connection, who: str, what: str, about: str, data: dict[str, Any]) -> None:
         told = {"time": self.now(c), "who": who, "what": what, "about": about, "data": json.dumps(data)}
-        c.execute(insert(audit).values(told))
+        c.execute(sql.ADD_NOTE, told)
 
     def audit_records(
         self, after: int = 0, limit: int = 100, who: str | None = None, about: str | None = None

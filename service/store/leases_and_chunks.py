@@ -21,7 +21,6 @@ from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, j
 
 RECENT = 0.25
 """Smallest weight of the newest rows in the pace of a job, which is a weighted mean."""
-
 OVERRAN = "it overran"
 """Error text of a waiting chunk whose case took too long. All other cases run before such a chunk."""
 CHANGED = "rows_changed"
@@ -99,18 +98,22 @@ class WorkStore(Store):
     def begin(self, server: str, job: str) -> None:
         """Store that a job is running. If the job is resumed, the time of the interruption does not affect its pace."""
         with transaction(self.engine, writing=True) as c:
-            row, now = self._locked_job(c, server, job), self.now(c)
-            if row["state"] == "queued":
-                c.execute(sql.CHANGE_JOB, {"of_job": job, "state": "running", "started": now})
-                self._event(c, job, "started", {})
-            elif row["landed"] is not None:
-                c.execute(update(jobs).where(jobs.c.id == job).values(landed=now))
+            self._begin(c, self._locked_job(c, server, job), self.now(c))
+
+    def _begin(self, c: Connection, row: Any, now: float) -> None:
+        if row["state"] == "queued":
+            c.execute(sql.CHANGE_JOB, {"of_job": row["id"], "state": "running", "started": now})
+            self._event(c, row["id"], "started", {})
+        elif row["landed"] is not None:
+            c.execute(update(jobs).where(jobs.c.id == row["id"]).values(landed=now))
 
     def cut_chunks(self, server: str, job: str, sizes: Sequence[int], pause: float = 3000.0) -> list[Chunk]:
-        """Cut and store the next chunks to run in one transaction. The number of chunks is at most the length of ``sizes``. Retries
-        that are due come first, then new cases (at most ``sizes[k]`` in chunk k), then cases that took too long."""
+        """Cut and store the next chunks to run (at most ``len(sizes)``) and start a queued job in one transaction. Due retries come
+        first, then new cases (at most ``sizes[k]`` in chunk k), then cases that took too long."""
         with transaction(self.engine, writing=True) as c:
             row, now = self._locked_job(c, server, job), self.now(c)
+            if row["state"] == "queued":
+                self._begin(c, row, now)
             due = self._due(c, job, now, pause, len(sizes)) if row["planned"] else []
             again = [x for x in due if x.error != OVERRAN]
             fresh, start, known = [], row["planned"], row["cases"] if row["asked"] is None else row["asked"]
@@ -381,13 +384,11 @@ class WorkStore(Store):
     def _recount_job(self, c: Connection, row: Any) -> None:
         """Recompute the sums of a job from its finished chunks. The time of chunks that must run again does not count against the
         budget."""
-        query = select(chunks.c.start, chunks.c.stop, chunks.c.counts, chunks.c.bytes)
-        there = c.execute(query.where(chunks.c.job == row["id"], chunks.c.state == "done")).all()
+        there = c.execute(select(chunks).where(chunks.c.job == row["id"], chunks.c.state == "done")).all()
         counts: Counter[str] = sum((Counter(json.loads(x.counts)) for x in there), Counter())
         n = sum(x.stop - x.start for x in there)
-        seconds = row["seconds"] * n / max(row["done"], 1)
-        values = {"done": n, "counts": json.dumps(counts), "bytes": sum(x.bytes for x in there), "seconds": seconds}
-        c.execute(update(jobs).where(jobs.c.id == row["id"]).values(values))
+        values = {"done": n, "bytes": sum(x.bytes for x in there), "seconds": row["seconds"] * n / max(row["done"], 1)}
+        c.execute(update(jobs).where(jobs.c.id == row["id"]).values(values | {"counts": json.dumps(counts)}))
 
     def _end_attempts(self, c: Connection, job: str, ended: list[dict[str, Any]], now: float) -> None:
         """End the last attempt at each chunk. ended: dictionaries with first case (at), worker (by) and result (told)."""
@@ -395,6 +396,5 @@ class WorkStore(Store):
 
     def attempts(self, job: str) -> list[dict[str, Any]]:
         """All attempts at chunks of a job, in order."""
-        query = select(attempts).where(attempts.c.job == job).order_by(attempts.c.id)
         with transaction(self.engine) as c:
-            return [dict(row) for row in c.execute(query).mappings()]
+            return [dict(x) for x in c.execute(select(attempts).where(attempts.c.job == job).order_by(attempts.c.id)).mappings()]

@@ -176,6 +176,7 @@ def test_a_runner_that_uses_the_kernel_of_another_gives_the_same_rows() -> None:
     for vary in ({MU: [0.2, 0.0, 0.3]}, {ANGLE: [0.4, 0.5]}):
         there = plan(scene("spherical_pendulum"), vary, **settings)
         assert there.is_like(first.plan)
+        assert plan(scene("spherical_pendulum"), vary, **settings, earlier=first.plan) == there
         later = Runner(there, earlier=first)
         assert later.chunk(0, there.cases.count).equals(Runner(there).chunk(0, there.cases.count))
         assert later.loops[0] is first.loops[0]

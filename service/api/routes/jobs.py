@@ -27,7 +27,7 @@ from trunnion.service.request_models.job_request import JobRequest, current_docu
 from trunnion.service.request_workers import rerun_and_extend_plans as plans
 from trunnion.service.request_workers import worker_tasks
 from trunnion.service.store.store_records import Job
-from trunnion.service.store.table_definitions import ACTIVE, ENDED
+from trunnion.service.store.table_definitions import ENDED
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 POLL_SECONDS = 0.4
@@ -88,19 +88,16 @@ async def submit_job(
 def keep(s: Service, caller: Caller, made: dict[str, Any], key: str | None) -> tuple[Job, bool]:
     """Store a planned job. Returns the job, and whether the job is new. Refusal (429, 503) when the key or the server has too many
     jobs."""
-    states = s.store.states()
-    if sum(states[x] for x in ACTIVE) >= s.settings.limits.waiting:
-        raise Refusal(503, "too many jobs are waiting; try again later", headers={"Retry-After": "60"})
     if made["notify"] and not is_allowed(made["notify"], s.settings.webhooks):
         hint = (
             f"an address below {' or '.join(s.settings.webhooks)}" if s.settings.webhooks else "start the server with --webhook URL"
         )
         raise SceneError([Problem("notify", "webhook address is not allowed", hint)])
     check_quota(s, caller, made["cases"])
-    job, new = s.store.submit(caller.id, **made, key=key)
+    server = s.dispatcher.name if s.dispatcher.thread.is_alive() else None
+    job, new = s.store.submit(caller.id, **made, key=key, server=server, lease=s.settings.lease)
     if new:
-        s.store.note(caller.id, "submitted", job.id, cases=job.cases, scene=job.scene)
-        s.dispatcher.wake()
+        s.dispatcher.start_job(job, made["document"])
     return job, new
 
 

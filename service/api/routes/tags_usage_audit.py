@@ -48,8 +48,11 @@ class AuditRecordDocument(BaseModel):
 
 
 def check_quota(s: Service, caller: Caller, cases: int) -> None:
-    """Raise Refusal (429), with every exceeded quota, when a job with this number of cases exceeds quotas of the key."""
+    """Raise Refusal when the server does not accept a job with this number of cases: 503 when too many jobs are active, otherwise
+    429 with every exceeded quota of the key."""
     has, limits = s.store.usage(caller.id), s.settings.limits
+    if has["waiting"] >= limits.waiting:
+        raise Refusal(503, "too many jobs are waiting; try again later", headers={"Retry-After": "60"})
     over = [
         Problem(f"quota.{name}", f"{now:.6g} {what} and {more:.6g} more exceed the {most:.6g} allowed for a key", hint)
         for name, now, more, most, what, hint in (
@@ -86,7 +89,8 @@ def get_usage(caller: Reader, s: ServerState) -> Response:
     """Return the usage and the quotas of your key."""
     limits = s.settings.limits
     most = {"jobs": limits.key_jobs, "bytes": limits.key_bytes, "cases": limits.key_cases}
-    return Json(s.store.usage(caller.id) | {"most": most})
+    has = s.store.usage(caller.id)
+    return Json({name: has[name] for name in most} | {"most": most})
 
 
 @router.get("/audit", response_model=list[AuditRecordDocument], responses=error_responses())

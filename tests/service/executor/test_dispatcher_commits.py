@@ -57,7 +57,7 @@ class Workers:
     def slots(self) -> int:
         return self.counted
 
-    def submit(self, function: Any, url: str, case_range: CaseRange, *_: Any) -> PendingResult:
+    def submit_reporting(self, function: Any, url: str, case_range: CaseRange, *_: Any) -> PendingResult:
         if len(self.sent) >= self.room:
             raise NoCluster("it went away")
         n = case_range.stop - case_range.start

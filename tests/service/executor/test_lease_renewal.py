@@ -90,8 +90,8 @@ def test_a_lease_that_is_lost_while_its_job_is_taken_over_drops_this_job_only() 
         if job == "lost":
             raise LeaseLost(job)
 
-    claimed = [SimpleNamespace(id=x, state="queued", seconds=0.0, build_seconds=0.0, planned=0, done=0) for x in ("lost", "kept")]
-    store = SimpleNamespace(claim=lambda *given: claimed, begin=begin, document=lambda job: {})
+    claimed = [SimpleNamespace(id=x, state="running", seconds=0.0, build_seconds=0.0, planned=0, done=0) for x in ("lost", "kept")]
+    store = SimpleNamespace(claim=lambda *given: claimed, begin=begin, document=lambda job: {}, running=lambda job: [])
     parts = SimpleNamespace(write=lambda *given: None, job_file=str)
     settings = SimpleNamespace(lease=LEASE, limits=SimpleNamespace(cpu_limit=1.0))
     jobs = Dispatcher(store, None, parts, settings, Metrics())  # type: ignore[arg-type]

@@ -12,7 +12,7 @@ from trunnion.service.store.database_connection import Unreachable
 
 
 @pytest.mark.default_cases(2)
-@pytest.mark.parametrize("write", ["claim", "begin", "cut_chunks", "record_outcomes", "record_last_outcomes"])
+@pytest.mark.parametrize("write", ["claim", "cut_chunks", "record_outcomes", "record_last_outcomes"])
 def test_a_job_continues_after_an_unconfirmed_write(
     server: InProcess, monkeypatch: pytest.MonkeyPatch, write: str
 ) -> None:

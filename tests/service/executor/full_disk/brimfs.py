@@ -44,3 +44,6 @@ class BrimFileSystem(AbstractFileSystem):
 
     def rm_file(self, path: str) -> None:
         self.local.rm_file(self._strip_protocol(path))
+
+    def ls(self, path: str, detail: bool = True, **more: Any) -> list[Any]:
+        return list(self.local.ls(self._strip_protocol(path), detail))
