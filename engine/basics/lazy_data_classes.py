@@ -99,7 +99,7 @@ def _make_copy_first(owner: type, options: dict[str, Any], standing: list[str]) 
 
 
 def _make_methods_of_values(owner: type, options: dict[str, Any]) -> None:
-    """Let the standard library make ``OF_VALUES`` of a class that is made without them."""
+    """Let the standard library make the methods in ``OF_VALUES``. ``_make_copy_first`` has made the class without them."""
     if own := _without_values.pop(owner, None):
         standing = [n for n in OF_VALUES if hasattr(vars(owner)[n], _MARK)]
         _take(owner, _made_copy(owner, own, options | {"init": False}), standing)

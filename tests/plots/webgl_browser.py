@@ -1,4 +1,4 @@
-"""A browser with a software graphics card, and the reports of its pages."""
+"""Chromium that draws WebGL in software, and its opened pages: their values, pixels, console messages and requests to servers."""
 
 from __future__ import annotations
 

@@ -124,7 +124,7 @@ def test_a_freewheel_drags_one_way_and_grips_the_other() -> None:
 
 
 def gears(friction: dict | None) -> Scene:
-    """Two gears of 20 and 30 teeth, module 10 mm. The torques are 1 N*m on the first gear and -0.3 N*m on the second."""
+    """Two gears of 20 and 30 teeth, module 10 mm. The torques about z are 1 N*m on the first gear and 0.3 N*m on the second."""
     mesh = {"type": "gear", "axis": "z", "inboard": "a", "outboard": "b", "teeth": [20, 30], "module": 0.01}
     joints = {"pa": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "a", "at": [0, 0, 0], "effort": 1.0},
               "pb": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "b", "at": [0.25, 0, 0], "effort": 0.3},

@@ -118,7 +118,7 @@ def boundary_lines(a: Mapping[str, Any]) -> list[str]:
 
 def draw(result: StudyResult, path: Path) -> None:
     """Draw the convergence of an optimisation, or the map of a refinement."""
-    from trunnion.plots.analysis.optimisation_and_refinement import draw_convergence, draw_refinement
+    from trunnion.plots.analysis.optimisation_and_outcome_boundaries import draw_convergence, draw_refinement
     from trunnion.plots.style.figure_files import save_figure
 
     picture = draw_refinement if result.answer["kind"] == "refine" else draw_convergence

@@ -39,7 +39,7 @@ class Column:
 
     @property
     def key(self) -> tuple:
-        """Identifier of the column within a system. It consists of the word of the quantity, subject, item, label and component."""
+        """Identifier of the column within a system: quantity (its name up to the first dot), subject, item, label and component."""
         if self.kind not in REGISTRY:
             return (self.kind, *self.subject)
         q = self.quantity

@@ -2,8 +2,8 @@
  * equations, number of roots. */
 #include "checks/checks.h"
 
-/* dimension of the Krylov subspace. The contraction is exact with up to 8 frictions; its error is below 1e-4 in chains of 64
- * joints. */
+/* dimension of the Krylov subspace. The contraction is exact with up to 8 frictions, otherwise an estimate (theory,
+ * "Verification"). */
 #define KRYLOV 8
 #define INVARIANT 1e-10    /* relative to the image of a vector: a smaller part outside the subspace is round-off */
 /* relative to the norm of a power of a matrix: at a smaller distance from rank 1, the spectral radius no longer changes */

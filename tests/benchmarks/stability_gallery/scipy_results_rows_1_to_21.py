@@ -108,7 +108,7 @@ def wedge() -> str:
 
 
 def light_cart() -> str:
-    """Row 9: error of the energy of the free cart of 1 mg under SciPy's defaults, closed form."""
+    """Row 9: energy error of the free cart of 1 mg. SciPy integrates the closed equation of motion with its defaults."""
     m = 1e-6
 
     def rate(_t: float, y) -> list[float]:

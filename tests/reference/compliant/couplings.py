@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from tests.reference.compliant.friction_laws import Laws, NotJudged, Signals
-from tests.reference.compliant.pin_bearing_fits import Level, arm, is_given, thread_arm
+from tests.reference.compliant.joint_springs_and_friction import Level, arm, is_given, thread_arm
 from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion, cross, dot
 from tests.reference.mechanics.joint_constraints import lead
 from trunnion.scene.data_classes import scene as sm

@@ -9,7 +9,7 @@ import numpy as np
 
 from tests.reference.compliant.couplings import follower_stiffness
 from tests.reference.compliant.friction_laws import NotJudged, Signals, bends
-from tests.reference.compliant.pin_bearing_fits import Level
+from tests.reference.compliant.joint_springs_and_friction import Level
 from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion, cross, dot
 from tests.reference.mechanics.joint_constraints import of
 from tests.reference.mechanics.time_signals import drive_motion, per_freedom

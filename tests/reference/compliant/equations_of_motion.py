@@ -11,8 +11,8 @@ from tests.reference.compliant.couplings import WHEELS, Rods, Screws, Wheels
 from tests.reference.compliant.devices import Devices, Freedoms, Loads, listed
 from tests.reference.compliant.friction_laws import BEGINS, Laws, NotJudged, bends
 from tests.reference.compliant.gear_units import Loaded, Units, Worms
+from tests.reference.compliant.joint_springs_and_friction import Fits, Level, is_loaded
 from tests.reference.compliant.loads_by_speed_and_position import MotionLoads
-from tests.reference.compliant.pin_bearing_fits import Fits, Level, is_loaded
 from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion, back, cross, times
 from tests.reference.compliant.unilateral_contacts import TYPES as CONTACTS
 from tests.reference.compliant.unilateral_contacts import Contacts

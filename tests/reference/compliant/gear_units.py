@@ -10,8 +10,8 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 from tests.reference.compliant.couplings import follower_stiffness
 from tests.reference.compliant.devices import Devices, Freedoms
 from tests.reference.compliant.friction_laws import Laws, NotJudged, Signals
+from tests.reference.compliant.joint_springs_and_friction import Level
 from tests.reference.compliant.loads_by_speed_and_position import MotionLoads
-from tests.reference.compliant.pin_bearing_fits import Level
 from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion, cross, dot
 
 LOCKED = 1e-9

@@ -11,7 +11,7 @@ import numpy as np
 
 from tests.reference.compliant.equations_of_motion import Model
 from tests.reference.compliant.joint_sides_from_poses import resolved
-from tests.reference.compliant.pin_bearing_fits import Level
+from tests.reference.compliant.joint_springs_and_friction import Level
 from tests.reference.compliant.radau import Run, polynomial
 from tests.reference.compliant.start_state import rest_together, start
 from tests.reference.compliant.unilateral_contacts import SOFTER

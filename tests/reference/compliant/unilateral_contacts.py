@@ -10,7 +10,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from tests.reference.compliant.friction_laws import Laws, NotJudged
-from tests.reference.compliant.pin_bearing_fits import USUAL, Level, is_given
+from tests.reference.compliant.joint_springs_and_friction import USUAL, Level, is_given
 from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion, cross, dot
 
 TYPES = ("point_on_curve", "point_on_plane", "cam", "pin_in_slot")

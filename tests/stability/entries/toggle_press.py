@@ -48,7 +48,7 @@ def pressing(push: float, rate: float = 0.0) -> sm.Scene:
 
 
 def pushed(beyond: float, rate: float = 0.0) -> sm.Scene:
-    """The press nearly straight, with 1 + beyond times the push at which its sliding neither slows down nor speeds up."""
+    """The press nearly straight. Its push is (1 + ``beyond``) times the push at which its sliding keeps its speed."""
     return pressing((1 + beyond) * most(pressing, "crown", 100.0, 2000.0), rate)
 
 

@@ -59,7 +59,7 @@ def most(scene: Callable[[float, float], sm.Scene], joint: str, low: float, high
 
 
 def lifted(beyond: float, rate: float = 0.0) -> sm.Scene:
-    """The corner whose wheel carries 1 + beyond times the reference load."""
+    """The corner whose wheel carries (1 + ``beyond``) times the reference load."""
     return wishbone((1 + beyond) * most(wishbone, "lower_in", 4000.0, 6000.0), rate)
 
 
