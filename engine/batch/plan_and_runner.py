@@ -108,16 +108,14 @@ def plan(
     if len(ways) != 1:
         what = "nothing varies" if not ways else "more than one of vary, cases and sample is given"
         raise SceneError([Problem("vary", what, "give exactly one of vary (grid), cases (list) and sample (ranges)")])
-    vary, sample = (w if w is None else current_paths(w) for w in (vary, sample))
-    problems = list(wrong)
-    system: System | None
+    vary, sample, problems = vary and current_paths(vary), sample and current_paths(sample), list(wrong)
     if earlier is None:
         system = build(scene).system
         everything = columns(system)
         chosen = _found(problems, lambda: with_errors(reductions(keep, everything), certify))
         series = series_of(everything, trajectories, spacing, problems)
     else:
-        system, chosen, series = earlier.system, earlier.reductions, earlier.series
+        system, chosen, series = earlier.system or build(scene).system, earlier.reductions, earlier.series
     if vary is not None:
         found = _found(problems, partial(grid, scene, vary))
     elif cases is not None:
