@@ -63,9 +63,8 @@ static int tr_do_several_push(const tr_sim *s, const tr_phase *p, const double *
 /* Growth of the impulses along a path. p: the phase, from the rates `rate` of the gaps. all: a phase whose bounds `least` are the
  * impulses per unit of the path. several: kg; the impulse of each contact grows by `several` times the rate that the contact still
  * lacks, as with equal dampers, until all contacts together lack `left`, m/s. 0: all impulses keep their ratio. from: rates of all
- * pairs at the start of the present step; no direction reverses within a step. stuck: whether each pair is stuck there. modes: the
- * modes of friction there. u: the point of the path at the start of the step: rates v, works of the pairs, impulses of all
- * multipliers. K: derivatives in the step. */
+ * pairs at the start of the present step; no direction reverses within a step. modes: the modes of friction there. u: the point of the
+ * path there: rates v, works of the pairs, impulses of all multipliers. K: derivatives in the step. */
 typedef struct tr_growth {
   const tr_phase *p;
   tr_phase *all;
