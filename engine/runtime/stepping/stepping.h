@@ -54,8 +54,8 @@ static double tr_find_first_stop(const tr_sim *s, const double *before, const do
 static double tr_find_lack(const tr_sim *s, const tr_phase *p, const double *rate);
 
 /* Make the part of a phase that ends where the first pair stops sliding. *which: the pair that stops, or −1. lack: what the rates
- * of touching contacts lack at the start of the phase, m/s. p->impulse receives the impulses of the part. Returns the part of the last solution's impulses, or of the path,
- * that was applied to `y`; 0 on failure. */
+ * of touching contacts lack at the start of the phase, m/s. p->impulse receives the impulses of the part. Returns the part of the
+ * last solution's impulses, or of the path, that was applied to `y`; 0 on failure. */
 static double tr_make_part(tr_sim *s, double t, double *y, const tr_phase *p, const double *rate, double lack, int *which);
 
 /* Change the rates of y at time t by the impulses of an impact. at: for each joint that only pushes, whether its contact touches.

@@ -29,7 +29,7 @@ static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phas
   for (int i = 0; i < s->k->nsliders && slides && !p->keeps; ++i)
     if (tr_slides_in_impact(s, i)) tr_mode_of(s, i)->flag = TR_SLIPS;
   tr_copy(tr_state_width(s), y, mid);
-    s->impact.solving = 1, s->moreau.frozen = 0, s->moreau.decides = INFINITY, s->moreau.keeps = p->keeps;
+  s->impact.solving = 1, s->moreau.frozen = 0, s->moreau.decides = INFINITY, s->moreau.keeps = p->keeps;
   const int ok = tr_moreau_solve(s, t - 0.5 * h, y, mid, h); /* the maps belong to the middle of the impulse step, here to t */
   s->impact.solving = 0, s->impact.from = 0, s->moreau.keeps = 0;
   return ok;
