@@ -58,9 +58,9 @@ class Connection:
         idempotency_key: str = "",
         **more: Any,
     ) -> Job:
-        """Submit a batch. The arguments are the arguments of ``trunnion.sweep``. sample: {"ranges": {path: (low, high)}, "count":
-        N, "seed": S, "method": "latin"}. more: other fields of ``POST /v1/jobs`` (optimise, refine, fit, until, every, rtol, method,
-        cpu_limit, budget, label, tags, …)."""
+        """Submit a batch. The arguments are the arguments of ``trunnion.sweep``. sample: {"ranges": {path: (low, high)},
+        "count": N, "seed": S, "method": "latin"}. more: other fields of ``POST /v1/jobs`` (optimise, refine, fit, until, every,
+        rtol, method, cpu_limit, budget, label, tags, …)."""
         from trunnion.scene.file_format.yaml_writer import scene_to_dict
 
         body = {"scene": scene_to_dict(scene_given(scene, overrides)), "reductions": list(names_given(reductions)), **more}

@@ -4,8 +4,9 @@
 /* relative to tolerance × the sum of absolute terms: largest acceleration that the error of the dense output causes; the largest
  * observed value is 0.02 */
 #define OPEN_INSIDE 0.1
-#define MOVES_ALONG 2.0 /* relative to REST_BROKEN: acceleration at which rest ends; above 1, so that the choice of modes after the event lets the pair
- * move, too */
+/* relative to REST_BROKEN: acceleration at which rest ends; above 1, so that the choice of modes after the event lets the pair move,
+ * too */
+#define MOVES_ALONG 2.0
 
 static double tr_rest_violation(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
