@@ -49,8 +49,9 @@ class Quantity:
     at         with the expression ``select``: index of the first component in the operand.
     label      last part of the column's key, behind the subject's key.
     given      predicate: whether a subject has the quantity.
-    post       processing by the runtime: "hold" (last value while the contact is open), "wrap" (unwraps the angle: adds multiples
-               of 2π so that the angle is continuous), or "" (none).
+    post       processing by the runtime: "hold" (last value while the contact is open), "touch" (1 if the normal force is above
+               round-off, otherwise 0), "wrap" (unwraps the angle: adds multiples of 2π so that the angle is continuous), or ""
+               (none).
     bound      allowed values.
     integral   computed from powers integrated with the motion (else from state, multipliers and accelerations at the instant).
     direct     jumps when forces jump; other quantities change only by integration.

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from trunnion.recursion.complement_equation_terms import FrictionTerms
 
 TINY = 1e-300
-TOUCHING = 1e-140
-"""A contact is closed if its normal force is above this value, N."""
 WATCHED = 4
 """Number of values of a ``tr_contact``. They are the force and three components of a vector: along the cosine axis, the sine axis
 and the third axis. The contact's angle is atan2(sine component, cosine component)."""
@@ -51,7 +49,7 @@ def _touch(c: Contact, turn: SX) -> dict[str, list[SX]]:
     return {
         "force": [c.force], "angle": [angle(own[base], own[axis])],
         "elevation": [ca.asin(ca.fmin(1, ca.fmax(-1, normal[third])))], "normal": [normal[k] for k in range(3)],
-        "state": [c.force > TOUCHING], "watched": [c.force, watched[axis], watched[base], watched[third]],
+        "state": [c.force], "watched": [c.force, watched[axis], watched[base], watched[third]],
     }  # fmt: skip
 
 
@@ -76,6 +74,11 @@ def held(_: Subject) -> str:
     return "hold"
 
 
+def touching(_: Subject) -> str:
+    """Post-processing: only the runtime knows how large the round-off of a contact force is."""
+    return "touch"
+
+
 KIND = ColumnKind(
     of=FRICTIONAL_JOINT,
     operands={"friction": FRICTION, "reaction": CONTACT_REACTION, "rates": JOINT_RATES, "multipliers": JOINT_MULTIPLIERS,
@@ -93,6 +96,7 @@ KIND = ColumnKind(
         Quantity(name="contact", output="normal", label=("normal",), column="{joint}.contact[{item}].normal[{component}]", size=3,
                  unit="1", text="outward normal of the pin, inboard joint frame", direct=True, reacts=True),
         Quantity(name="contact.state", output="state", label=("state",), column="{joint}.contact[{item}].state", unit="1",
-                 text="1: touching, 0: no contact force", vector=False, direct=True, steps=True, reacts=True),
+                 text="1: touching, 0: no contact force", post=touching, vector=False, direct=True, steps=True, smooth=False,
+                 reacts=True),
     ),
 )  # fmt: skip

@@ -112,6 +112,8 @@ def post_of(chosen: list[Column]) -> list[tuple[int, ...]]:
     for i, c in enumerate(chosen):
         if c.post == "wrap":
             out.append(POST.row(kind=Post.WRAP.value, column=i, partner=i))
+        elif c.post == "touch":
+            out.append(POST.row(kind=Post.TOUCH.value, column=i, partner=i))
         elif c.post == "hold":
             partner = names.get(c.name.rsplit(".", 1)[0] + ".normal_force")
             if partner is not None:

@@ -112,8 +112,9 @@ class TableKind(Named, prefix="TR_TABLE_"):
 class Post(Named, prefix="TR_POST_"):
     """Post-processing of a column."""
 
-    HOLD = 1, "keep the column's last value while its partner column, a normal force, is zero"
+    HOLD = 1, "keep the column's last value while its partner column, a normal force, is round-off"
     WRAP = 2, "unwrap an angle: add multiples of 2π so that it is continuous"
+    TOUCH = 3, "1 if the column's value, a normal force, is above round-off, otherwise 0"
 
 
 class Wants(Named, prefix="TR_WANTS_"):

@@ -4,6 +4,10 @@
 #define TR_UNILATERAL_H
 #include "base/accessors.h"
 
+/* in units of energy over length: a smaller contact force is round-off, even if it is the largest contact force */
+#define UNLOADED 1e-12
+#define OPEN_FORCE 1e-140 /* N: a smaller contact force is zero; the contact equations regularise square roots at zero */
+
 static inline const tr_unilateral *tr_unilateral_of(const tr_sim *s, int c) { return s->k->unilateral + c; }
 
 /* Record of contact c in the block. */
@@ -50,4 +54,7 @@ static inline double tr_normal_force(const tr_sim *s, int c) { return TR_A(s, z)
 
 /* Unit of normal forces, N. */
 static inline double tr_force_unit(const tr_sim *s) { return s->set.energy / s->set.length; }
+
+/* Contact force, N, below which a contact carries only round-off. */
+static inline double tr_unloaded_force(const tr_sim *s) { return fmax(OPEN_FORCE, UNLOADED * tr_force_unit(s)); }
 #endif

@@ -3,13 +3,11 @@
 
 /* relative to the largest contact force or friction: a smaller contact force is round-off, and has no meaningful direction */
 #define ROUND_OFF 1e-9
-/* in units of energy scale / length scale: a smaller contact force is round-off, even if it is the largest contact force */
-#define UNLOADED 1e-12
 
 /* Contact force, N, below which the n contacts before and after an event carry only round-off. Friction counts in this limit, too,
  * because friction of a constant torque has no contact. */
 static double tr_faint_contact_force(const tr_sim *s, const tr_contact *before, const tr_contact *after, int n) {
-  double floor = UNLOADED * s->set.energy / s->set.length;
+  double floor = tr_unloaded_force(s);
   for (int i = 0; i < n; ++i) floor = fmax(floor, ROUND_OFF * fmax(before[i].force, after[i].force));
   return fmax(floor, ROUND_OFF * tr_largest_surface_friction(s));
 }

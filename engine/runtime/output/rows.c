@@ -1,7 +1,6 @@
 /* Output rows: multipliers and columns at a state, and the values that only the runtime can compute. */
 #include "output/output.h"
 
-#define OPEN_FORCE 1e-140 /* N: a smaller normal force counts as zero; the contact equations regularise square roots at zero */
 #define ANGLE_PROBE 1e-6  /* rad: test rotation, whose effect gives the rate of an angle */
 
 /* Find the directions of λ that the motion does not determine at the solution. dir (rows × count) receives these directions. N
@@ -218,12 +217,15 @@ static void tr_follow_angles(tr_sim *s, double t, const double *y) {
 static void tr_finish_columns(tr_sim *s, double *row) {
   const tr_outputs *o = s->o;
   tr_memory *memory = (tr_memory *)TR_A(s, post_memory);
+  const double unloaded = tr_unloaded_force(s);
   for (int i = 0; i < o->npost; ++i) {
     const tr_post *post = o->post + i;
     double *v = row + post->column;
     tr_memory *last = memory + i;
-    if (post->kind == TR_POST_HOLD) {
-      if (last->known && !(fabs(row[post->partner]) > OPEN_FORCE)) *v = last->value;
+    if (post->kind == TR_POST_TOUCH) {
+      *v = fabs(*v) > unloaded;
+    } else if (post->kind == TR_POST_HOLD) {
+      if (!(fabs(row[post->partner]) > unloaded)) *v = last->known ? last->value : 0.0;
     } else if (last->known) {
       *v = tr_unwrap(last, row[-1], last->rate, *v);
     }
