@@ -1,4 +1,4 @@
-"""A contact whose force is round-off counts as open: its state and its angle are 0 in every world."""
+"""A contact whose force is round-off counts as open: its state is 0 and its angle keeps its last value, in every world."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def turn(rng: np.random.Generator) -> np.ndarray:
 
 
 def pulled_rotor(seed: int, more: float) -> Scene:
-    """A rotor on a journal. Three springs pull at the centre of its pin, and their forces cancel. more: additional force in the plane
-    of the springs, N."""
+    """A rotor on a journal. Three springs pull at the centre of its pin, and their forces cancel. more: additional force in the
+    plane of the springs, N."""
     rng = np.random.default_rng(seed)
     world, stiffness, reach = turn(rng), rng.uniform(100, 1000), rng.uniform(0.3, 2.0)
     angles = rng.uniform(0, 2 * np.pi) + 2 * np.pi / 3 * np.arange(3)
