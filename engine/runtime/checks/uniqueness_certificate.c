@@ -2,9 +2,10 @@
  * equations, number of roots. */
 #include "checks/checks.h"
 
-/* dimension of the Krylov subspace. The contraction is exact with up to 8 frictions, otherwise an estimate (theory,
- * "Verification"). */
-#define KRYLOV 8
+#define KRYLOV 64       /* largest dimension of the Krylov subspace */
+#define KRYLOV_FIRST 5  /* dimension at which the error of the spectral radius is estimated first */
+/* relative to the spectral radius: the subspace grows while the estimated error is larger; the error itself is smaller than 1e-4 */
+#define CLOSE_RADIUS 1e-5
 #define INVARIANT 1e-10    /* relative to the image of a vector: a smaller part outside the subspace is round-off */
 /* relative to the norm of a power of a matrix: at a smaller distance from rank 1, the spectral radius no longer changes */
 #define ONE_DIRECTION 1e-9
@@ -14,12 +15,15 @@
 /* relative to the largest load: roots within this distance are equal; covers a root that is zero up to round-off */
 #define SAME_AS_NONE 1e-14
 
-/* The fixed-point iteration of the linearised laws. N0 (nn): loads without friction, N; null pointer: the matrix of Newton's method
- * is used. large: largest absolute value in N0. */
+/* The fixed-point iteration of the linearised laws. N (nn): loads of the solution; null pointer: the matrix of Newton's method is
+ * used. large: largest absolute value in N. */
 typedef struct {
-  const double *N0;
+  const double *N;
   double large;
 } tr_iteration;
+
+/* Lever of friction i. Frictions of the iteration are surface forces, so that torques of small joints count as much as forces. */
+static inline double tr_lever_of(const tr_sim *s, int i) { return TR_A(s, lever)[i] > 0.0 ? TR_A(s, lever)[i] : 1.0; }
 
 /* u ← law'(N) R v, where R is the response of the loads N to frictions. A pass over the bodies gives R v. */
 static void tr_iterate_recursive(tr_sim *s, const tr_iteration *it, const double *v, double *u) {
@@ -27,13 +31,14 @@ static void tr_iterate_recursive(tr_sim *s, const tr_iteration *it, const double
   const int e = k->neta;
   double less[e], N[k->nn], borne[e + k->active], acc[e + k->active], *D = TR_A(s, dn), most = 0.0;
   for (int i = 0; i < e; ++i) most = fmax(most, fabs(v[i]));
-  for (int i = 0; i < e; ++i) less[i] = -v[i] * it->large / most; /* the scale makes the effect of v larger than round-off */
+  /* the scale makes the effect of v larger than round-off */
+  for (int i = 0; i < e; ++i) less[i] = -TR_A(s, z)[k->active + i] - v[i] * it->large / most;
   k->respond(TR_A(s, c), TR_A(s, w), less, N, borne, acc);
   for (int m = 0; m < k->nelements; ++m) {
     const tr_element *el = k->element + m;
     for (int j = 0; j < el->neta; ++j) {
       double sum = 0.0;
-      for (int q = 0; q < el->needs; ++q) sum += D[el->dn0 + j + q * el->neta] * (N[el->n0 + q] - it->N0[el->n0 + q]);
+      for (int q = 0; q < el->needs; ++q) sum += D[el->dn0 + j + q * el->neta] * (N[el->n0 + q] - it->N[el->n0 + q]);
       u[el->eta0 + j] = tr_row_kind(s, el->eta0 + j) == TR_ROW_LAW ? sum * most / it->large : 0.0;
     }
   }
@@ -42,84 +47,112 @@ static void tr_iterate_recursive(tr_sim *s, const tr_iteration *it, const double
 /* u ← law'(N) R v. */
 static void tr_iterate(tr_sim *s, const tr_iteration *it, const double *v, double *u) {
   const int e = s->k->neta;
-  if (it->N0) {
-    tr_iterate_recursive(s, it, v, u);
-    return;
+  double eta[e];
+  for (int i = 0; i < e; ++i) eta[i] = v[i] * tr_lever_of(s, i);
+  if (it->N) {
+    tr_iterate_recursive(s, it, eta, u);
+  } else {
+    memcpy(u, eta, sizeof eta);
+    tr_add_columns(e, e, TR_A(s, lu), eta, -1.0, u);
+    for (int i = 0; i < e && s->friction.held; ++i)
+      if (tr_row_kinds(s)[i] != TR_ROW_LAW) u[i] = 0.0;
   }
-  memcpy(u, v, sizeof(double) * e);
-  tr_add_columns(e, e, TR_A(s, lu), v, -1.0, u);
-  for (int i = 0; i < e && s->friction.held; ++i)
-    if (tr_row_kinds(s)[i] != TR_ROW_LAW) u[i] = 0.0;
+  for (int i = 0; i < e; ++i) u[i] /= tr_lever_of(s, i);
 }
 
-/* Arnoldi's method: H (KRYLOV × KRYLOV) ← the iteration on an orthonormal basis of a Krylov space. Returns the dimension. */
-static int tr_restrict_iteration(tr_sim *s, const tr_iteration *it, double *H) {
+/* square ← P² (n columns of length w, a multiple of TR_LANES). Returns its Frobenius norm. off: distance of P from rank 1, measured
+ * as the norm of the square minus the trace times P. */
+static double tr_square(int n, int w, const double *P, double trace, double *square, double *off) {
+  double size[TR_LANES] = {0.0}, far[TR_LANES] = {0.0}, sizes = 0.0, fars = 0.0;
+  for (int j = 0; j < n; ++j)
+    for (int b = 0; b < w; b += TR_LANES) {
+      tr_vec sum = *(const tr_vec *)(P + b) * P[j * w];
+      for (int m = 1; m < n; ++m) sum += *(const tr_vec *)(P + b + m * w) * P[m + j * w];
+      const tr_vec gap = sum - *(const tr_vec *)(P + b + j * w) * trace;
+      *(tr_vec *)(square + b + j * w) = sum;
+      *(tr_vec *)size += sum * sum, *(tr_vec *)far += gap * gap;
+    }
+  for (int i = 0; i < TR_LANES; ++i) sizes += size[i], fars += far[i];
+  *off = sqrt(fars);
+  return sqrt(sizes);
+}
+
+/* Spectral radius of the first n rows and columns of H (Hessenberg, columns of length KRYLOV), by squaring. The power of H is stored
+ * as a power of 2 times a matrix P with entries near 1. The root of the power is taken once, at the end. last: share of the last
+ * basis vector in the eigenvector, times the condition number of the eigenvalue. In a power of rank 1, the last row has this share,
+ * and the trace is the product of the left and the right eigenvector. */
+static double tr_spectral_radius(int n, const double *H, double *last) {
+  const int w = (n + TR_LANES - 1) / TR_LANES * TR_LANES;
+  double exponent = 0.0, power = 1.0, norm = 0.0, trace = 0.0, row = 0.0, off = INFINITY;
+  double P[KRYLOV * KRYLOV], square[KRYLOV * KRYLOV];
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < w; ++i) {
+      P[i + j * w] = i < n && i <= j + 1 ? H[i + KRYLOV * j] : 0.0;
+      norm = tr_max_or_nan(norm, fabs(P[i + j * w]));
+    }
+  for (int k = 0; k < SQUARINGS && norm > 0.0 && norm < INFINITY; ++k, power *= 0.5) {
+    int shift;
+    frexp(norm, &shift);
+    const double unit = ldexp(1.0, -shift);
+    exponent += shift * power;
+    for (int i = 0; i < w * n; ++i) P[i] *= unit;
+    trace = 0.0;
+    for (int i = 0; i < n; ++i) trace += P[i + w * i];
+    norm = tr_square(n, w, P, trace, square, &off);
+    if (off <= ONE_DIRECTION * norm) break;
+    memcpy(P, square, sizeof(double) * w * n);
+  }
+  for (int i = 0; i < n; ++i) row += P[n - 1 + w * i] * P[n - 1 + w * i];
+  *last = sqrt(row) / fabs(trace);
+  if (!(norm > 0.0 && norm < INFINITY)) return norm;
+  /* in a power of rank 1, the nonzero eigenvalue is the trace */
+  return pow(2.0, exponent) * pow(off <= ONE_DIRECTION * norm ? fabs(trace) : norm, power);
+}
+
+/* Spectral radius of the iteration. Arnoldi's method restricts the iteration to a Krylov space with an orthonormal basis. The space
+ * grows until the radius of the restriction H is that of the iteration. The start has the signs of the frictions, as most dominant
+ * eigenvectors have. Its sizes are unequal, so that it has a part in eigenvectors of symmetric mechanisms. They do not depend on the
+ * sizes of the frictions, because a small mechanism beside a large one may have the larger radius. */
+static double tr_iteration_radius(tr_sim *s, const tr_iteration *it) {
   const int e = s->k->neta;
-  double basis[KRYLOV * e + 1], u[e + 1], size = 0.0;
-  for (int i = 0; i < e; ++i) basis[i] = 1.0 + 0.1 * i, size += basis[i] * basis[i];
+  const double *eta = TR_A(s, z) + s->k->active;
+  double H[KRYLOV * KRYLOV], basis[KRYLOV * e + 1], u[e + 1], size = 0.0, last;
+  for (int i = 0; i < e; ++i) basis[i] = copysign(1.0 + 0.1 * i, eta[i]), size += basis[i] * basis[i];
   for (int i = 0; i < e; ++i) basis[i] /= sqrt(size);
-  for (int n = 0; n < KRYLOV; ++n) {
-    tr_iterate(s, it, basis + n * e, u);
+  for (int n = 1, next = KRYLOV_FIRST;; ++n) {
+    tr_iterate(s, it, basis + (n - 1) * e, u);
     const double image = sqrt(tr_dot(u, u, e));
-    for (int m = 0; m <= n; ++m) {
-      const double *b = basis + m * e, along = H[m + KRYLOV * n] = tr_dot(b, u, e);
+    for (int m = 0; m < n; ++m) {
+      const double *b = basis + m * e, along = H[m + KRYLOV * (n - 1)] = tr_dot(b, u, e);
       for (int i = 0; i < e; ++i) u[i] -= along * b[i];
     }
     const double rest = sqrt(tr_dot(u, u, e));
-    if (n + 1 == KRYLOV || n + 1 == e || !(rest > INVARIANT * image)) return n + 1;
-    H[n + 1 + KRYLOV * n] = rest;
-    for (int i = 0; i < e; ++i) basis[(n + 1) * e + i] = u[i] / rest;
-  }
-  return KRYLOV;
-}
-
-/* Spectral radius of H (n × n, columns of length KRYLOV), by squaring. Overwrites H. The power of H is stored as a power of 2 times
- * a matrix with entries near 1. The root of the power is taken once, at the end. */
-static double tr_spectral_radius(int n, double *H) {
-  double exponent = 0.0, power = 1.0, norm = 0.0, trace = 0.0;
-  for (int k = 0;; ++k, power *= 0.5) {
-    double square[KRYLOV * KRYLOV], off = 0.0, size = 0.0;
-    int shift;
-    norm = trace = 0.0;
-    for (int i = 0; i < n; ++i) trace += H[i + KRYLOV * i];
-    for (int j = 0; j < n; ++j)
-      for (int i = 0; i < n; ++i) norm = tr_max_or_nan(norm, fabs(H[i + KRYLOV * j]));
-    if (!(norm > 0.0 && norm < INFINITY)) return norm;
-    if (k == SQUARINGS) return pow(2.0, exponent) * pow(norm, power);
-    frexp(norm, &shift);
-    const double unit = ldexp(1.0, -shift);
-    for (int j = 0; j < n; ++j)
-      for (int i = 0; i < n; ++i) {
-        double sum = 0.0;
-        for (int m = 0; m < n; ++m) sum += unit * H[i + KRYLOV * m] * (unit * H[m + KRYLOV * j]);
-        square[i + KRYLOV * j] = sum;
-        size = fmax(size, fabs(sum)), off = fmax(off, fabs(sum - unit * trace * (unit * H[i + KRYLOV * j])));
-      }
-    if (off <= ONE_DIRECTION * size) return pow(2.0, exponent) * pow(fabs(trace), power); /* the nonzero eigenvalue is the trace */
-    exponent += shift * power;
-    for (int j = 0; j < n; ++j) memcpy(H + KRYLOV * j, square + KRYLOV * j, sizeof(double) * n);
+    const int whole = n == KRYLOV || n == e || !(rest > INVARIANT * image);
+    if (whole || n == next) {
+      const double radius = tr_spectral_radius(n, H, &last);
+      if (whole || rest * last <= CLOSE_RADIUS * radius) return radius;
+      next = n + 1 + n / 5;
+    }
+    H[n + KRYLOV * (n - 1)] = rest;
+    for (int i = 0; i < e; ++i) basis[n * e + i] = u[i] / rest;
   }
 }
 
 static double tr_contraction(tr_sim *s) {
   const tr_kernel *k = s->k;
-  const int e = k->neta, n = k->nn;
-  double H[KRYLOV * KRYLOV] = {0.0}, N0[n + 1], law[e + 1], less[e + 1], borne[e + k->active + 1], acc[e + k->active + 1];
+  double law[k->neta + 1], *N = TR_A(s, NN);
   tr_iteration it = {0, NO_LOAD};
-  if (!e) return 0.0;
+  if (!k->neta) return 0.0;
   TR_NEED(s, TR_HAS_SOLUTION);
   if (k->begin && s->step.recursive && !s->step.mapped && tr_factor_without_friction(s)) {
-    k->laws(TR_A(s, NN), map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_laws, law, TR_A(s, dn), TR_A(s, sliding));
-    memset(less, 0, sizeof less);
-    k->respond(TR_A(s, c), TR_A(s, w), less, N0, borne, acc);
-    for (int i = 0; i < n; ++i) it.large = fmax(it.large, fabs(N0[i]));
-    it.N0 = N0;
+    k->laws(N, map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_laws, law, TR_A(s, dn), TR_A(s, sliding));
+    for (int i = 0; i < k->nn; ++i) it.large = fmax(it.large, fabs(N[i]));
+    it.N = N;
   } else {
     tr_evaluate_laws(s, TR_A(s, z) + k->active);
     tr_form_law_jacobian(s);
   }
-  const int dimension = tr_restrict_iteration(s, &it, H);
-  return tr_spectral_radius(dimension, H);
+  return tr_iteration_radius(s, &it);
 }
 
 static void tr_certify(tr_sim *s) {
