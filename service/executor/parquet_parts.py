@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import secrets
+from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -19,14 +20,42 @@ if TYPE_CHECKING:
     import pyarrow
 
 
+class StorageError(OSError):
+    """The storage of the results failed. The text is that of the storage's own error."""
+
+
+class Storage:
+    """A file system of fsspec that is not local. Packages of storages raise errors of many types. Each of these errors, except
+    FileNotFoundError, becomes a StorageError."""
+
+    def __init__(self, fs: fsspec.AbstractFileSystem):
+        self.fs = fs
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        function = getattr(self.fs, name)
+
+        def call(*args: Any, **options: Any) -> Any:
+            try:
+                return function(*args, **options)
+            except FileNotFoundError:
+                raise
+            except OSError as e:
+                raise StorageError(*e.args) from e
+            except Exception as e:  # the type depends on the package of the storage
+                raise StorageError(f"{type(e).__name__}: {e}") from e
+
+        return call
+
+
 class Parts:
-    """The parts of all jobs under one URL. Methods that write raise OSError, or an error of the file system, when writing fails."""
+    """The parts of all jobs under one URL. Methods raise OSError when reading or writing fails; StorageError if the file system is
+    not local."""
 
     def __init__(self, url: str):
         self.url = url
-        self.fs, self.root = fsspec.core.url_to_fs(url)
-        self.root = self.root.rstrip("/")
-        self.local = isinstance(self.fs, LocalFileSystem)
+        fs, root = fsspec.core.url_to_fs(url)
+        self.root, self.local = root.rstrip("/"), isinstance(fs, LocalFileSystem)
+        self.fs: Any = fs if self.local else Storage(fs)
 
     def part(self, case_range: CaseRange) -> str:
         """Path of the part of a range of cases."""
@@ -80,9 +109,9 @@ class Parts:
             data = self.read(self.part(case_range))
         except FileNotFoundError:
             raise CorruptPart("it is missing") from None
+        except StorageError:
+            raise  # the storage is probably unavailable for some time
         except OSError as e:
-            if not self.local:
-                raise  # an error of a remote store probably means that the store is temporarily unavailable
             raise CorruptPart(f"the file cannot be read: {e.strerror or e}") from e
         return read_part_bytes(data, case_range, columns), len(data)
 
@@ -132,7 +161,7 @@ class Parts:
             self.fs.rm(f"{self.root}/{job}", recursive=True)
 
     def check(self) -> None:
-        """Raise OSError, or the storage's own exception, when no file can be written."""
+        """Raise OSError when no file can be written."""
         path = f"{self.root}/.check-{secrets.token_hex(6)}"
         self.write(path, b"ok")
         self.fs.rm_file(path)

@@ -18,6 +18,7 @@ from starlette.routing import Match
 from trunnion.basics.errors import Problem, SceneError, SimulationError
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.executor.dask_cluster import NoCluster
+from trunnion.service.executor.parquet_parts import StorageError
 from trunnion.service.executor.part_file_format import CorruptPart
 from trunnion.service.request_models.validation_messages import problem_of
 from trunnion.service.request_workers.fair_queue import QueueFull
@@ -142,6 +143,7 @@ def counted(n: int) -> str:
 OUTAGES: tuple[tuple[type[Exception], str, str, int], ...] = (
     (Unreachable, "database", "the database is unavailable; try again", 5),
     (NoCluster, "cluster", "the cluster is unavailable; try again", 5),
+    (StorageError, "results", "the storage of the results is unavailable; try again", 10),
     (CorruptPart, "results", "a stored part is damaged and is being recomputed; try again", 10),
 )
 """Errors of components that are temporarily unavailable. A row has the exception, the name in the log, the detail for clients, and

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterable, Iterator
+from itertools import chain, islice
 from typing import TYPE_CHECKING, Any
 
 from trunnion.service.api.documents.problem_documents import Refusal
@@ -72,8 +73,11 @@ def _weight(parameters: list[str]) -> float:
 
 
 def table_bytes(kind: str, schema: pyarrow.Schema, tables: Iterable[pyarrow.Table]) -> Iterator[bytes]:
-    """The bytes of one document in a format. The document contains the rows of all tables."""
-    return {"json": _json, "csv": _csv, "parquet": _parquet, "arrow": _arrow}[kind](schema, tables)
+    """The bytes of one document in a format. The document contains the rows of all tables. The first table is read before the first
+    bytes are yielded, so that an error in this table gives an error status."""
+    unread = iter(tables)
+    read = list(islice(unread, 1))
+    yield from {"json": _json, "csv": _csv, "parquet": _parquet, "arrow": _arrow}[kind](schema, chain(read, unread))
 
 
 def _json(schema: pyarrow.Schema, tables: Iterable[pyarrow.Table]) -> Iterator[bytes]:

@@ -165,6 +165,24 @@ def test_the_page_says_that_a_disk_is_full_and_continues_when_it_is_not(brimming
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("unwritable", ["part-", "job.json"], ids=["part", "document"])
+def test_a_storage_that_fails_by_its_own_kind_of_error_is_named_and_costs_only_retries(
+    brimming: tuple[Served, Path], unwritable: str
+) -> None:
+    s, full = brimming
+    fails = full.with_name("FAILS")
+    fails.write_text(f"{unwritable}\n")
+    job = s.submit(SMALL)
+    eventually(lambda: "PackageError: try again later" in s.get("/readyz").text + s.get(f"/v1/jobs/{job}/attempts").text)
+    fails.unlink()
+    assert (s.ended(job)["state"], len(s.rows(job))) == ("done", 40)
+    fails.write_text("part-\n")
+    answer = s.get(f"/v1/jobs/{job}/results")
+    fails.unlink()
+    assert (answer.status_code, answer.json()["detail"]) == (503, "the storage of the results is unavailable; try again")
+
+
+@pytest.mark.slow
 def test_a_database_that_goes_away_is_waited_for_and_the_job_continues(tmp_path: Path) -> None:
     import tempfile
 
