@@ -81,8 +81,8 @@ static int tr_are_many_pairs(const tr_sim *s, const int *rest, int n) {
  * a direction found from a guess). */
 static int tr_mode_count(const tr_sim *s, int i) { return tr_pair_of(s, i)->nrates == 1 || tr_pair_classes(s)[i] ? 3 : 2; }
 
-/* Apply mode combination number `code`. Each of the `count` pairs in `apart` stands for its class. guess: direction (3 components)
- * for each pair in `apart`. */
+/* Apply mode combination number `code`. Each of the `count` pairs in `apart` stands for its class, or for itself if count = n.
+ * guess: direction (3 components) for each pair in `apart`. */
 static void tr_set_combination(tr_sim *s, const int *rest, int n, const int *apart, int count, int code, const double *guess) {
   for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = TR_STUCK;
   for (int u = 0; u < count; ++u) {
@@ -91,7 +91,7 @@ static void tr_set_combination(tr_sim *s, const int *rest, int n, const int *apa
     code /= ways;
     if (!way) continue;
     if (tr_pair_classes(s)[i]) {
-      tr_let_class_slip(s, i, way == 2 ? -1.0 : 1.0);
+      tr_let_class_slip(s, i, way == 2 ? -1.0 : 1.0, count < n);
       continue;
     }
     m->flag = TR_SLIPS;
@@ -100,11 +100,13 @@ static void tr_set_combination(tr_sim *s, const int *rest, int n, const int *apa
   }
 }
 
-/* Try all combinations of modes. The first combination that satisfies all laws stays in force. Returns the number of combinations
- * that satisfy all laws and differ in their accelerations, at most `most`. Returns 0 if there are too many combinations to try. */
-static int tr_try_all_combinations(tr_sim *s, const int *rest, int n, int most) {
+/* Try all combinations of modes: of classes or, with `single`, of single pairs. The first combination that satisfies all laws stays
+ * in force. Returns the number of combinations that satisfy all laws and differ in their accelerations, at most `most`. Returns 0 if
+ * there are too many combinations to try. */
+static int tr_try_all_combinations(tr_sim *s, const int *rest, int n, int single, int most) {
   const tr_kernel *k = s->k;
   int total = 1, found = 0, apart[n + 1], count = tr_collect_independent(s, rest, n, apart);
+  if (single) memcpy(apart, rest, sizeof(int) * n), count = n;
   const long work = s->stats.newton_iterations + ENUMERATE_WORK;
   double *eta = TR_A(s, z) + k->active, known[k->neta + 1], first[k->neta + 1], guess[3 * n + 1];
   tr_mode modes[k->nsliders + 1];
@@ -218,7 +220,8 @@ static int tr_decide_modes(tr_sim *s, const int *rest, int n, int released) {
   }
   s->friction.stored = TR_STORES_NONE;
   if (many) return !(s->friction.undecided = !tr_decide_many(s, rest, n, released, old));
-  return tr_decide_one_by_one(s, rest, n, released, old) || tr_decide_by_cones(s, rest, n) || tr_try_all_combinations(s, rest, n, 1) > 0;
+  return tr_decide_one_by_one(s, rest, n, released, old) || tr_decide_by_cones(s, rest, n) || tr_try_all_combinations(s, rest, n, 0, 1) > 0 ||
+         tr_try_all_combinations(s, rest, n, 1, 1) > 0;
 }
 
 static void tr_record_other_answers(tr_sim *s, double t, const int *rest, int n, int most) {
@@ -230,7 +233,7 @@ static void tr_record_other_answers(tr_sim *s, double t, const int *rest, int n,
     if (tr_pair_of(s, rest[q])->nrates > 1) return;
   tr_save_modes(s, modes);
   memcpy(z, TR_A(s, z), sizeof(double) * (k->active + k->neta));
-  if (tr_try_all_combinations(s, rest, n, 2) > 1) s->audit.open_t = t, s->audit.open_pair = rest[0];
+  if (tr_try_all_combinations(s, rest, n, 0, 2) > 1) s->audit.open_t = t, s->audit.open_pair = rest[0];
   tr_restore_modes(s, modes);
   memcpy(TR_A(s, z), z, sizeof(double) * (k->active + k->neta));
   s->step.recursive = 0;

@@ -108,12 +108,13 @@ static int tr_is_stopping_on_line(tr_sim *s, int i, double t, const double *y) {
   return tr_pair_classes(s)[i] && !tr_is_driven_across(s, i, t, y);
 }
 
-/* Let pair i and the stuck pairs of its class slip: forward along the freedom of the class if way > 0, otherwise backward. */
-static void tr_let_class_slip(tr_sim *s, int i, double way) {
+/* Let pair i and, if `all`, the stuck pairs of its class slip: forward along the freedom of the class if way > 0, otherwise
+ * backward. */
+static void tr_let_class_slip(tr_sim *s, int i, double way, int all) {
   for (int m = 0; m < s->k->nsliders; ++m) {
     const tr_pair *pair = tr_pair_of(s, m);
     tr_mode *mode = tr_mode_of(s, m);
-    if (m != i && !(tr_are_coupled(s, m, i) && tr_is_stuck(s, m))) continue;
+    if (m != i && !(all && tr_are_coupled(s, m, i) && tr_is_stuck(s, m))) continue;
     const double *line = TR_A(s, class_rates) + pair->eta0;
     mode->flag = TR_SLIPS;
     for (int j = 0; j < 3; ++j) mode->direction[j] = 0.0;

@@ -32,7 +32,7 @@ static void tr_let_slip(tr_sim *s, int i) {
     for (int q = 0; q < s->k->nsliders; ++q)
       for (int e = tr_pair_of(s, q)->eta0; e < tr_pair_of(s, q)->eta0 + tr_pair_of(s, q)->neta && tr_are_coupled(s, q, i); ++e)
         way += TR_A(s, class_rates)[e] * (prescribed ? tr_freedom_acceleration(s, e) : TR_A(s, z)[s->k->active + e]);
-    tr_let_class_slip(s, i, way);
+    tr_let_class_slip(s, i, way, 1);
     return;
   }
   m->flag = TR_SLIPS;
