@@ -107,6 +107,7 @@ CASES = {
     "wrapped stop": (wrapped_stop(), 0.8),
     "train that lets go": (crossed_dict("gear_trains", 1031), 0.2),
     "cones with redundant teeth": (crossed_dict("bevel_differentials", 1005), 0.2),
+    "cones with masses off their axes": (crossed_dict("bevel_differentials", 20028), 0.05),
     "pairs that let go together": (crossed_dict("hooks_in_loops", 7), 0.2),
     "open start rates": (crossed_dict("ratchets_in_loops", 1009), 0.02),
     "gear unit in a loop": (crossed_dict("geared_linkages", 2037), 0.1),

@@ -7,15 +7,18 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tests.reference.mechanics.bodies_and_joint_frames import Frames
+from tests.reference.mechanics.bodies_and_joint_frames import Frames, parts
 
 PART = 0.1
+NO_SIZE = 1e-12
+"""A smaller size of a block, m, is round-off: all points coincide."""
 
 
 def arms(scene, frames: Mapping[str, Frames]) -> dict[str, float]:
     """The arm of each joint, m. It is a tenth of the root mean square distance of the joints' points from their mean on each body.
-    The mean is taken over the joints that share loops with this joint. The arm is 0 for joints on no loop. frames: sides of the
-    joints by name."""
+    The mean is taken over the joints that share loops with this joint. If all points of these joints coincide, the bodies' mass
+    centres count as points, too. The arm is 0 for joints on no loop. frames: sides of the joints by name."""
+    bodies = parts(scene)
     ends = {n: [f.inboard, f.outboard] for n, f in frames.items()}
     out = dict.fromkeys(frames, 0.0)
     for block in _blocks(scene, ends):
@@ -25,9 +28,17 @@ def arms(scene, frames: Mapping[str, Frames]) -> dict[str, float]:
                 continue
             for body, p in ((frames[n].inboard, frames[n].p_in), (frames[n].outboard, frames[n].p_out)):
                 points.setdefault(body, []).append(np.asarray(p, float))
-        away = np.concatenate([np.array(own) - np.mean(own, axis=0) for own in points.values()])
-        out |= dict.fromkeys(block, PART * float(np.sqrt((away**2).sum() / len(away))))
+        size = _size(points)
+        if size < NO_SIZE:
+            size = _size({b: [*own, *([bodies[b].center] if b in bodies else [])] for b, own in points.items()})
+        out |= dict.fromkeys(block, PART * size)
     return out
+
+
+def _size(points: Mapping[str, list[np.ndarray]]) -> float:
+    """Root mean square distance of the points from their mean on each body, m."""
+    away = np.concatenate([np.array(own) - np.mean(own, axis=0) for own in points.values()])
+    return float(np.sqrt((away**2).sum() / len(away)))
 
 
 def _blocks(scene, ends: Mapping[str, list[str]]) -> list[set[str]]:
