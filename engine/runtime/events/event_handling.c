@@ -83,7 +83,7 @@ static int tr_decide_with_balls(tr_sim *s, double t, const double *y, const int 
     if (n) {
       if (turn) tr_evaluate_maps(s, y);
       if (!(*decided = tr_decide_modes(s, rest, n, released))) return TR_FAIL_MODES;
-      tr_record_other_answers(s, t, rest, n, ANSWERS_LATER);
+      tr_prefer_sticking(s, t, rest, n, released, ANSWERS_LATER);
     }
     if (!tr_rhs(s, t, y, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
     if (!tr_switch_crossed_balls(s)) return TR_OK;

@@ -17,7 +17,7 @@ static int tr_set_initial_set_valued(tr_sim *s, double *y) {
   tr_bring_to_rest(s, y, rest, n, 0);
   tr_evaluate_maps(s, y);
   if (tr_decide_modes(s, rest, n, -1)) {
-    tr_record_other_answers(s, s->clock.t, rest, n, ANSWERS_AT_START);
+    tr_prefer_sticking(s, s->clock.t, rest, n, -1, ANSWERS_AT_START);
     return TR_OK;
   }
   return TR_FAIL_MODES;

@@ -100,15 +100,21 @@ static void tr_set_combination(tr_sim *s, const int *rest, int n, const int *apa
   }
 }
 
-/* Try all combinations of modes: of classes or, with `single`, of single pairs. The first combination that satisfies all laws stays
- * in force. Returns the number of combinations that satisfy all laws and differ in their accelerations, at most `most`. Returns 0 if
- * there are too many combinations to try. */
+static int tr_stuck_count(const tr_sim *s, const int *rest, int n) {
+  int count = 0;
+  for (int q = 0; q < n; ++q) count += tr_is_stuck(s, rest[q]);
+  return count;
+}
+
+/* Try all combinations of modes: of classes or, with `single`, of single pairs. Returns the number of combinations that satisfy all
+ * laws and differ in their accelerations, at most `most`. Of these combinations, the one with the most pairs that stick stays in
+ * force. Returns 0 if there are too many combinations to try. */
 static int tr_try_all_combinations(tr_sim *s, const int *rest, int n, int single, int most) {
   const tr_kernel *k = s->k;
-  int total = 1, found = 0, apart[n + 1], count = tr_collect_independent(s, rest, n, apart);
+  int total = 1, found = 0, stuck = -1, apart[n + 1], count = tr_collect_independent(s, rest, n, apart);
   if (single) memcpy(apart, rest, sizeof(int) * n), count = n;
   const long work = s->stats.newton_iterations + ENUMERATE_WORK;
-  double *eta = TR_A(s, z) + k->active, known[k->neta + 1], first[k->neta + 1], guess[3 * n + 1];
+  double *eta = TR_A(s, z) + k->active, known[k->neta + 1], kept[k->neta + 1], guess[3 * n + 1];
   tr_mode modes[k->nsliders + 1];
   if (count > ENUMERATE_MAX) return 0;
   for (int u = 0; u < count; ++u) {
@@ -127,11 +133,14 @@ static int tr_try_all_combinations(tr_sim *s, const int *rest, int n, int single
       if (found) gap = fmax(gap, fabs(acc - known[i]) * TR_A(s, lever)[i]);
       else known[i] = acc;
     }
-    if (found == 0) tr_save_modes(s, modes), memcpy(first, eta, sizeof first);
-    if (found == 0 || gap > DIFFERENT * tr_speed_unit(s) * s->set.rate) ++found;
+    if (found && gap <= DIFFERENT * tr_speed_unit(s) * s->set.rate) continue;
+    ++found;
+    if (tr_stuck_count(s, rest, n) <= stuck) continue;
+    stuck = tr_stuck_count(s, rest, n);
+    tr_save_modes(s, modes), memcpy(kept, eta, sizeof kept);
   }
   if (!found) return 0;
-  tr_restore_modes(s, modes), memcpy(eta, first, sizeof(double) * k->neta);
+  tr_restore_modes(s, modes), memcpy(eta, kept, sizeof(double) * k->neta);
   tr_solve_in_modes(s);
   return found;
 }
@@ -224,18 +233,24 @@ static int tr_decide_modes(tr_sim *s, const int *rest, int n, int released) {
          tr_try_all_combinations(s, rest, n, 1, 1) > 0;
 }
 
-static void tr_record_other_answers(tr_sim *s, double t, const int *rest, int n, int most) {
+static void tr_prefer_sticking(tr_sim *s, double t, const int *rest, int n, int released, int most) {
   const tr_kernel *k = s->k;
   tr_mode modes[k->nsliders + 1];
   double z[k->active + k->neta + 1];
-  if (n > most || s->audit.open_t >= 0.0 || s->bound.evaluations) return;
+  if (n > most || s->bound.evaluations) return;
   for (int q = 0; q < n; ++q)
     if (tr_pair_of(s, rest[q])->nrates > 1) return;
   tr_save_modes(s, modes);
   memcpy(z, TR_A(s, z), sizeof(double) * (k->active + k->neta));
-  if (tr_try_all_combinations(s, rest, n, 0, 2) > 1) s->audit.open_t = t, s->audit.open_pair = rest[0];
-  tr_restore_modes(s, modes);
-  memcpy(TR_A(s, z), z, sizeof(double) * (k->active + k->neta));
+  const int several = tr_try_all_combinations(s, rest, n, 0, 2) > 1, stuck = tr_stuck_count(s, rest, n);
+  if (several && s->audit.open_t < 0.0) s->audit.open_t = t, s->audit.open_pair = rest[0];
+  tr_mode best[k->nsliders + 1];
+  tr_save_modes(s, best), tr_restore_modes(s, modes);
+  if (several && released < 0 && stuck > tr_stuck_count(s, rest, n)) {
+    tr_restore_modes(s, best);
+  } else {
+    memcpy(TR_A(s, z), z, sizeof(double) * (k->active + k->neta));
+  }
   s->step.recursive = 0;
   tr_set_row_kinds(s);
 }

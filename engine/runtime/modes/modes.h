@@ -121,6 +121,7 @@ static int tr_are_many_pairs(const tr_sim *s, const int *rest, int n);
 static int tr_decide_modes(tr_sim *s, const int *rest, int n, int released);
 
 /* Search for other modes of the n pairs `rest` that also satisfy the laws. If such modes exist, the motion is not unique, and the
- * audit records this fact. Does nothing if n > most. */
-static void tr_record_other_answers(tr_sim *s, double t, const int *rest, int n, int most);
+ * audit records this fact. The modes with the most pairs that stick are then in force, unless the pair `released` (−1: none) has
+ * just reached its capacity. Does nothing if n > most. */
+static void tr_prefer_sticking(tr_sim *s, double t, const int *rest, int n, int released, int most);
 #endif

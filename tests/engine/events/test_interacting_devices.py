@@ -16,7 +16,8 @@ QUICK: tuple[tuple[str, float, str], ...] = (("auto", 1e-6, "auto"), ("rosenbroc
 """Settings of the short test, on one kernel."""
 ONE_KERNEL = tuple((m, rtol, "auto") for m, rtol, _ in SETTINGS)
 FAILED = {"ratchets_in_loops": (0, 3, 20050), "hooks_in_loops": (6,), "planets": (0, 4, 20073),
-          "stops_beside_sticking_pairs": (10,), "bevel_differentials": (66,), "drives_that_die": (20000,), "valve_trains": (20035,)}
+          "stops_beside_sticking_pairs": (10,), "bevel_differentials": (66,), "drives_that_die": (20000,),
+          "valve_trains": (20035,), "five_bars": (20092,)}
 CHOSEN: dict[str, tuple[int, ...]] = dict.fromkeys(FAMILIES, (1,)) | FAILED
 """Seeds of the short test."""
 
