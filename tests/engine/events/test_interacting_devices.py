@@ -19,7 +19,7 @@ QUICK: tuple[tuple[str, float, str], ...] = (("auto", 1e-6, "auto"), ("rosenbroc
 """Settings of the short test, on one kernel."""
 ONE_KERNEL = tuple((m, rtol, "auto") for m, rtol, _ in SETTINGS)
 FAILED = {"ratchets_in_loops": (0, 3), "hooks_in_loops": (6,), "planets": (0, 4), "stops_beside_sticking_pairs": (10,),
-          "bevel_differentials": (66,)}
+          "bevel_differentials": (66,), "geared_linkages": (20037,)}
 CHOSEN: dict[str, tuple[int, ...]] = dict.fromkeys(FAMILIES, (1,)) | FAILED
 """Seeds of the short test."""
 
