@@ -19,9 +19,11 @@ static int tr_has_reversed(const tr_sim *s, int i) {
   return along < RIGHT_ANGLE * size && tr_pair_speed(s, i) > tr_stick_tolerance(tr_speed_unit(s));
 }
 
-/* Speeds of sliding pairs at the start of the last step, m/s; 0 for every other pair. May leave maps of the start. */
+/* Speeds of sliding pairs at the start of the last step, m/s; 0 for every other pair. May make the start of the step the current
+ * state. */
 static void tr_save_start_speeds(tr_sim *s, double *was) {
-  for (int i = 0; i < s->k->nsliders; ++i) was[i] = tr_is_set_valued(s, i) && tr_is_sliding(s, i) ? tr_speed_of_state(s, i) : 0.0;
+  for (int i = 0; i < s->k->nsliders; ++i)
+    was[i] = tr_is_set_valued(s, i) && tr_is_sliding(s, i) ? tr_speed_of_state(s, i) : 0.0;
 }
 
 /* A pair of several components, other than `which`, that nearly stopped in the step; −1 if there is none. While this pair stops,
@@ -29,7 +31,8 @@ static void tr_save_start_speeds(tr_sim *s, double *was) {
  * speeds at the start of the step. Requires maps of (t, y). */
 static int tr_find_pair_stopping_beside(tr_sim *s, int which, const double *was, double t, const double *y) {
   for (int i = 0; i < s->k->nsliders; ++i) {
-    if (i == which || tr_pair_of(s, i)->nrates == 1 || !(was[i] > tr_crawl_speed(tr_speed_unit(s))) || tr_frozen_length(s, i) > TR_LINE) continue;
+    if (i == which || tr_pair_of(s, i)->nrates == 1 || tr_frozen_length(s, i) > TR_LINE) continue;
+    if (!(was[i] > tr_crawl_speed(tr_speed_unit(s)))) continue;
     if (tr_pair_speed(s, i) < ALL_BUT_STOPPED * was[i] && !tr_is_stopping_on_line(s, i, t, y)) return i;
   }
   return -1;

@@ -72,7 +72,7 @@ static int tr_decide_by_cones(tr_sim *s, const int *rest, int n) {
       if ((way == NONE_GROWS ? tr_cones_newton(s, &c) : tr_cones_follow_path(s, &c)) != 1) continue;
       if (c.grips && tr_cones_use_sliding_friction(s, &c) != 1) continue;
       tr_cones_set_modes(s, &c);
-      if (tr_solve_in_modes(s) && tr_find_worst_misfit(s, rest, n) < 0 && tr_is_valid_decision(s, rest, n)) return 1;
+      if (tr_solve_in_modes(s) && tr_find_worst_misfit(s, rest, n) < 0 && tr_is_valid_decision(s, rest, n)) return tr_stick_idle_pairs(s, rest, n);
     }
   tr_restore_modes(s, modes);
   return 0;

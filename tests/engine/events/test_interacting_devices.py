@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.engine.checks.runs_at_five_settings import MANY, SETTINGS, runs
+from tests.engine.loops.test_cut_choice import cut_everywhere
 from tests.reference.scenes.random_device_scenes import FAMILIES, crossed
 from trunnion import simulate
 
@@ -12,12 +13,14 @@ SEEDS = 118
 """Number of seeds of each family in the slow test: 2,006 scenes of 17 families."""
 ALIKE = 0.99
 """Required share of scenes whose runs agree. Runs that end with the same named outcome at all settings count as equal."""
+AUDITED = 1e-5
+"""Largest energy residual of a run at 1e-6, J. Energies of the scenes are about 1 J."""
 QUICK: tuple[tuple[str, float, str], ...] = (("auto", 1e-6, "auto"), ("rosenbrock", 1e-6, "auto"), ("auto", 1e-9, "auto"))
 """Settings of the short test, on one kernel."""
 ONE_KERNEL = tuple((m, rtol, "auto") for m, rtol, _ in SETTINGS)
 FAILED = {"ratchets_in_loops": (0, 3, 20050), "hooks_in_loops": (6,), "planets": (0, 4, 20073),
           "stops_beside_sticking_pairs": (10,), "bevel_differentials": (66,), "drives_that_die": (20000,),
-          "valve_trains": (20035,), "five_bars": (20092,)}
+          "valve_trains": (20035,), "five_bars": (20092,), "geared_linkages": (20037,)}
 CHOSEN: dict[str, tuple[int, ...]] = dict.fromkeys(FAMILIES, (1,)) | FAILED
 """Seeds of the short test."""
 
@@ -63,3 +66,16 @@ def test_pairs_that_have_just_started_do_not_stop_where_one_without_a_load_is_re
     found = simulate(crossed("locked_feeds", 2002), until=1e-6, every=1e-6, method="rk5", kernel="parts", max_steps=50)
     assert found.outcome.name == "done"
     assert [(e.joint, e.kind) for e in found.events] == [("rail2", "slip")]
+
+
+@pytest.mark.default_cases(1)
+@pytest.mark.parametrize("seed", [3, 14, 19, 30, 55, *(pytest.param(k, marks=pytest.mark.slow) for k in range(60, 200))])
+def test_a_pair_that_has_just_reversed_slides_on_where_another_pair_is_released(seed: int) -> None:
+    """Steps are long, so that a pair is released in a step that begins with a reversal. The state does not contain the rates of cut
+    joints."""
+    cuts = cut_everywhere(crossed("drives_that_die", seed)).values()
+    found = [simulate(s, rtol=1e-6, kernel="parts", outputs=["energy.residual"], max_steps=5000) for s in cuts]
+    assert {r.outcome.name for r in found} == {"done"}
+    changes = [sorted((e.kind, e.joint) for e in r.events if e.kind in ("slip", "stick", "reversal")) for r in found]
+    assert all(c == changes[0] for c in changes)
+    assert max(abs(r["energy.residual"][-1]) for r in found) < AUDITED
