@@ -235,7 +235,7 @@ static void tr_finish_columns(tr_sim *s, double *row) {
 
 static void tr_finish_derivatives(tr_sim *s, const double *y, const double *z, double *derivatives) {
   const tr_outputs *o = s->o;
-  double row[o->nout + 1], extra[TR_DOUBLES(tr_extra) + s->k->nsliders + 1];
+  double row[s->o->nout + 1], extra[TR_DOUBLES(tr_extra) + s->k->nsliders + 1];
   int any = 0;
   for (int i = 0; i < o->npost; ++i) any |= o->post[i].kind == TR_POST_HOLD;
   memset(extra, 0, sizeof extra);
