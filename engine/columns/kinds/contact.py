@@ -70,7 +70,7 @@ def elevates(s: Subject) -> bool:
 
 
 def held(_: Subject) -> str:
-    """Post-processing: an open contact has no angle, so the runtime outputs the last angle of the contact."""
+    """Post-processing: an open contact has no direction, so the runtime outputs the last direction of the contact."""
     return "hold"
 
 
@@ -94,7 +94,7 @@ KIND = ColumnKind(
         Quantity(name="contact", output="elevation", label=("elevation",), column="{joint}.contact[{item}].elevation", unit="rad",
                  text="elevation of contact {item} of {joint}", given=elevates, post=held, direct=True, reacts=True),
         Quantity(name="contact", output="normal", label=("normal",), column="{joint}.contact[{item}].normal[{component}]", size=3,
-                 unit="1", text="outward normal of the pin, inboard joint frame", direct=True, reacts=True),
+                 unit="1", text="outward normal of the pin, inboard joint frame", post=held, direct=True, reacts=True),
         Quantity(name="contact.state", output="state", label=("state",), column="{joint}.contact[{item}].state", unit="1",
                  text="1: touching, 0: no contact force", post=touching, vector=False, direct=True, steps=True, smooth=False,
                  reacts=True),

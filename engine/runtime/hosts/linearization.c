@@ -80,7 +80,6 @@ int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const
   memcpy(seed + ni + ny, dz, sizeof(double) * (k->rows + e));
   memcpy(seed + ni + ny + k->rows + e, f + k->nq, sizeof(double) * k->nv);
   l->columns(x, y, c, z, TR_A(s, dy) + k->nq, seed, columns);
-  for (int i = 0; s->o && i < s->o->npost; ++i) /* a 0 or 1 that the runtime decides is constant between events */
-    if (s->o->post[i].kind == TR_POST_TOUCH) columns[s->o->post[i].column] = 0.0;
+  if (s->o) tr_finish_derivatives(s, y, z, columns);
   return 1;
 }

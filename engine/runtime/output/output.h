@@ -30,6 +30,10 @@ static void tr_follow_angles(tr_sim *s, double t, const double *y);
 /* Post-process the columns of a row (tr_post), whose time is row[-1]. Rows must be passed in order of time. */
 static void tr_finish_columns(tr_sim *s, double *row);
 
+/* Post-process derivatives of the columns at the current state y with the multipliers z of all rows. A value that the runtime holds
+ * between events has the derivative 0. */
+static void tr_finish_derivatives(tr_sim *s, const double *y, const double *z, double *derivatives);
+
 /* Evaluate the columns at (t, y), with row[0] = t. `there`: whether y is already projected and its multipliers are known. If not, y
  * is projected, and the multipliers are solved for if a column needs them. For the first row, the multipliers are always solved
  * for, because the first step starts from this solution. Returns TR_OK, TR_FAIL_MULTIPLIERS, or TR_FAIL_NOT_FINITE if a column

@@ -233,6 +233,20 @@ static void tr_finish_columns(tr_sim *s, double *row) {
   }
 }
 
+static void tr_finish_derivatives(tr_sim *s, const double *y, const double *z, double *derivatives) {
+  const tr_outputs *o = s->o;
+  double row[s->o->nout + 1], extra[TR_DOUBLES(tr_extra) + s->k->nsliders + 1];
+  int any = 0;
+  for (int i = 0; i < o->npost; ++i) any |= o->post[i].kind == TR_POST_HOLD;
+  memset(extra, 0, sizeof extra);
+  if (any) o->eval(TR_A(s, x), y, TR_A(s, co), z, TR_A(s, dy) + s->k->nq, extra, row);
+  for (int i = 0; i < o->npost; ++i) {
+    const tr_post *post = o->post + i;
+    const int held = post->kind == TR_POST_HOLD && !(fabs(row[post->partner]) > tr_unloaded_force(s));
+    if (held || post->kind == TR_POST_TOUCH) derivatives[post->column] = 0.0;
+  }
+}
+
 static int tr_output_row_of(tr_sim *s, double t, double *y, double *row, int there) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
