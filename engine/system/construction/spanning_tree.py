@@ -35,21 +35,21 @@ class Spanning:
 def cutting_cost(j: Joint, light: bool, tied: bool = False) -> tuple[int, int]:
     """The cost of cutting a joint, a tuple that compares lexicographically.
 
-    The first entry adds up the reasons against a cut. The largest terms exclude a cut: the joint's type, a drive or rotor, and
-    ``tied`` (the joint follows or leads another joint). Smaller terms are the scene's key ``cut``, a light body, devices, and
-    forces that depend on an angle. (The angle of a cut joint is measured within ±π; outside this range, these forces
-    would be wrong.) The second entry counts friction, given start values and new multipliers. A spherical joint is the best cut: it
-    adds only three multipliers and saves a quaternion."""
+    The first entry adds up the reasons against a cut. Each of the following terms exceeds the sum of all later terms: the joint's
+    type; a drive or rotor, or ``tied`` (the joint follows or leads another joint); forces that depend on an angle. (The angle of a
+    cut joint is measured within ±π; outside this range, these forces would be wrong.) The last terms are the scene's key ``cut``, a
+    light body, and devices. The second entry counts friction, given start values and new multipliers. A spherical joint is the best
+    cut: it adds only three multipliers and saves a quaternion."""
     kind = REGISTRY[j.type]
-    never = 0 if may_be_cut(j) and not tied else 16 if kind.cuttable else 32
+    never = 0 if may_be_cut(j) and not tied else 48 if kind.cuttable else 96
     devices = sum(getattr(j, d) is not None for d in DEVICES)
     wish = {None: 0, True: -8, False: 8}[j.cut]
     soft = (2 if j.friction else 0) + (3 if j.start is not None else 0)
-    first = never + (12 if _has_force_by_angle(j) else 0) + wish + (3 if light else 0) + min(devices, 2)
+    first = never + (24 if has_force_by_angle(j) else 0) + wish + (3 if light else 0) + min(devices, 2)
     return (first, 2 * kind.rows + soft - (4 if kind.quaternion >= 0 else 0))
 
 
-def _has_force_by_angle(j: Joint) -> bool:
+def has_force_by_angle(j: Joint) -> bool:
     """Whether a device on a turning freedom of a joint has a force that depends on the angle."""
     kind = REGISTRY[j.type]
 

@@ -55,7 +55,7 @@ def runs(scene: dict[str, Any], **how: Any) -> dict[str, Result]:
     """The run of a slider-crank for each cut."""
     found = {}
     for cut in CUTS:
-        joints = {n: j | {"cut": True} if n == cut else j for n, j in scene["joints"].items()}
+        joints = {n: j | {"cut": n == cut} for n, j in scene["joints"].items()}
         found[cut] = simulate(scene_from_dict(scene | {"joints": joints}), outputs=["main.q*", "energy.dissipated"], **how)
     return found
 
@@ -100,6 +100,18 @@ def test_devices_act_beyond_half_a_turn_wherever_the_loop_is_cut(seed: int, devi
     found = runs(scene, rtol=1e-9)
     assert max(np.abs(r["main.q[1]"]).max() for r in found.values()) > 5.0
     assert_alike(found, 1e-6)
+
+
+def test_a_note_names_a_loop_whose_joints_all_have_forces_by_angle() -> None:
+    """Without the device at the gudgeon, the loop is cut there."""
+    scene = slider_crank(np.random.default_rng(100), {"force": 0.1}, False)
+    for name in ("main", "crankpin", "gudgeon"):
+        scene["joints"][name] |= {"spring": {"stiffness": 0.01}, "damping": 0.01}
+    scene["joints"]["guide"] |= {"rotor_inertia": 0.1}  # a joint with rotor inertia is never cut
+    told = [simulate(scene_from_dict(scene), until=0.01).notes]
+    del scene["joints"]["gudgeon"]["spring"]
+    told.append(simulate(scene_from_dict(scene), until=0.01).notes)
+    assert [sum("loop cut at" in n and "beyond half a turn" in n for n in notes) for notes in told] == [1, 0]
 
 
 @pytest.mark.default_cases(1)
