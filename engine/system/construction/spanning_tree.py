@@ -5,10 +5,12 @@ from __future__ import annotations
 import heapq
 from collections.abc import Collection
 from dataclasses import replace
+from typing import Any
 
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Constant, Drive, Joint, Scene
+from trunnion.scene.force_laws.registry import given
 from trunnion.scene.queries.body_references import body_of
 from trunnion.scene.queries.cuttable_joints import may_be_cut, tied
 from trunnion.scene.queries.mass_properties import mass_properties
@@ -16,9 +18,9 @@ from trunnion.scene.queries.mass_properties import mass_properties
 LIGHT = 1e-6
 """A body is light if its mass is below this fraction of the heaviest body's mass. If only the reaction of a cut joint moves a light
 body, the body's motion loses more than six of sixteen digits."""
-BY_ANGLE = ("spring", "end_stops", "latch")
+BY_COORDINATE = ("spring", "end_stops", "latch")
 """Devices whose force depends on a coordinate."""
-DEVICES = ("spring", "damping", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch")
+DEVICES = ("spring", "damping", "nonlinear", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch")
 
 
 @dataclass(frozen=True)
@@ -33,19 +35,32 @@ class Spanning:
 def cutting_cost(j: Joint, light: bool, tied: bool = False) -> tuple[int, int]:
     """The cost of cutting a joint, a tuple that compares lexicographically.
 
-    The first entry adds up the reasons against a cut. The largest terms exclude a cut: the joint's type, a drive or rotor, and
-    ``tied`` (the joint follows or leads another joint). Smaller terms are the scene's key ``cut``, a light body, devices, and
-    forces that depend on an angle. (The angle of a cut joint is measured within ±π; outside this range, these forces
-    would be wrong.) The second entry counts friction, given start values and new multipliers. A spherical joint is the best cut: it
-    adds only three multipliers and saves a quaternion."""
+    The first entry adds up the reasons against a cut. Each of the following terms exceeds the sum of all later terms: the joint's
+    type; a drive or rotor, or ``tied`` (the joint follows or leads another joint); forces that depend on an angle. (The angle of a
+    cut joint is measured within ±π; outside this range, these forces would be wrong.) The last terms are the scene's key ``cut``, a
+    light body, and devices. The second entry counts friction, given start values and new multipliers. A spherical joint is the best
+    cut: it adds only three multipliers and saves a quaternion."""
     kind = REGISTRY[j.type]
-    never = 0 if may_be_cut(j) and not tied else 16 if kind.cuttable else 32
+    never = 0 if may_be_cut(j) and not tied else 48 if kind.cuttable else 96
     devices = sum(getattr(j, d) is not None for d in DEVICES)
     wish = {None: 0, True: -8, False: 8}[j.cut]
     soft = (2 if j.friction else 0) + (3 if j.start is not None else 0)
-    by_angle = 12 if any(map(kind.turns, range(kind.nv))) and any(getattr(j, d) is not None for d in BY_ANGLE) else 0
-    first = never + by_angle + wish + (3 if light else 0) + min(devices, 2)
+    first = never + (24 if has_force_by_angle(j) else 0) + wish + (3 if light else 0) + min(devices, 2)
     return (first, 2 * kind.rows + soft - (4 if kind.quaternion >= 0 else 0))
+
+
+def has_force_by_angle(j: Joint) -> bool:
+    """Whether a device on a turning freedom of a joint has a force that depends on the angle."""
+    kind = REGISTRY[j.type]
+
+    def acts(name: str, k: int) -> Any:
+        value = getattr(j, name)
+        return value[k] if isinstance(value, tuple) else value
+
+    turning = [k for k in range(kind.nv) if kind.turns(k)]
+    return any(acts(d, k) is not None for d in BY_COORDINATE for k in turning) or any(
+        law.elastic for k in turning for law, _ in given(acts("nonlinear", k))
+    )
 
 
 def closing_joints(scene: Scene, prescribed: Collection[str]) -> list[str]:

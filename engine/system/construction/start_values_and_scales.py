@@ -16,6 +16,7 @@ from trunnion.scene.signals.registry import corners
 from trunnion.scene.signals.table import Table
 from trunnion.system.construction.device_builder import Builder
 from trunnion.system.construction.joint_frames import direction
+from trunnion.system.construction.spanning_tree import has_force_by_angle
 from trunnion.system.signals.signal_tables import ExternalInput, SignalCurve, curve
 from trunnion.system.structure.bodies_and_joints import System, state_coordinates
 
@@ -84,19 +85,26 @@ def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
             rates = np.atleast_1d(np.array(start.qd, float))
             v[j.v0 : j.v0 + len(j.free)] = rates[list(j.free)]
             v_given[j.v0 : j.v0 + len(j.free)] = level
-    ignored = tuple(
-        [f"cut of {j.name}: not used, because forces at this joint depend on its angle; the loop is cut elsewhere"
-           for j in system.joints if scene.joints[j.name].cut and not j.cut]
-        + [f"start of {j.name}: not used, because its motion is prescribed" for j in system.tree if j.driven and not j.free
-           and scene.joints[j.name].start is not None]
-    )
     tables = tuple(_table(use, t) for use, t in devices.tables)
     length = length_scale(scene)
     inputs = np.array([float(i.start) for i in scene.inputs.values()])
     rate = rate_scale(scene, v / np.where(turning(system), 1.0, length), length)
     speed = length * rate
     energy = sum(mass_properties(b)[0] for b in scene.bodies.values()) * (speed * speed)  # ``speed**2`` could raise OverflowError
-    return Numbers(q, v, q_given, v_given, tables, breaks(scene), length, rate, energy, inputs, ignored, by_rate)
+    return Numbers(q, v, q_given, v_given, tables, breaks(scene), length, rate, energy, inputs, notes_of(scene, system), by_rate)
+
+
+def notes_of(scene: sm.Scene, system: System) -> tuple[str, ...]:
+    """Notes about values that are not used, and about cut joints whose forces depend on their angles."""
+    given = [(j, scene.joints[j.name]) for j in system.joints]
+    elsewhere = "not used, because forces at this joint depend on its angle; the loop is cut elsewhere"
+    beyond = "its forces by angle are wrong beyond half a turn, and no other joint of the loop can be cut"
+    unused = [(j, scene.joints[j.name]) for j in system.tree if j.driven and not j.free]
+    return (
+        *(f"cut of {j.name}: {elsewhere}" for j, own in given if own.cut and not j.cut),
+        *(f"loop cut at {j.name}: {beyond} without such a force" for j, own in given if j.cut and has_force_by_angle(own)),
+        *(f"start of {j.name}: not used, because its motion is prescribed" for j, own in unused if own.start is not None),
+    )
 
 
 def _table(use: str, t: Table | sm.Input) -> SignalCurve | ExternalInput:

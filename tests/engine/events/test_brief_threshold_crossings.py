@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from tests.engine.checks.runs_with_host_inputs import HostRun
@@ -12,13 +13,14 @@ from tests.reference.scenes.brief_crossing_signals import Shape, ramp, told
 from tests.reference.scenes.brief_threshold_crossings import BriefPass, brief_pass
 from trunnion import scene_from_dict
 from trunnion.simulation.results.result import Result
+from trunnion.simulation.results.result_data import Event
 from trunnion.simulation.run import simulate
 
 METHODS = ("auto", "rk5", "rk8", "rosenbrock")
 RTOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 MOREAU = 1e-6
 """Tolerance of `moreau`, which is of first order."""
-FAILED = (5569, 5701, 2, 18, 69, 97, 118, 236, 552, 823, 1378, 1750, 2574, 2739)
+FAILED = (21593, 23547, 24280, 5569, 5701, 2, 18, 69, 97, 118, 236, 552, 823, 1378, 1750, 2574, 2739)
 """Seeds of the short test. Their events are easily missed."""
 MANY = 1500
 """Seeds of the slow test."""
@@ -26,16 +28,24 @@ INACCURATE = ("rosenbrock", 1e-3)
 """Setting in which the audit of energy may be inaccurate, because stiff steps integrate works of drives at this tolerance."""
 
 
+def time_errors(events: list[Event], method: str, rtol: float) -> list[float]:
+    """Allowed errors of the times of a joint's events, relative to the run. Near the top of a peak, an error e of its height
+    changes the time at which the peak passes a threshold by up to e/(2√margin). Later events follow this time."""
+    if method == "moreau":
+        return [10 * math.sqrt(rtol)] * len(events)
+    return [100 * rtol + 1e-9 + 0.5 * rtol / math.sqrt(x) for x in np.minimum.accumulate([e.margin for e in events])]
+
+
 def wrong(case: BriefPass, run: Result | HostRun, method: str, rtol: float) -> list[str]:
     """Differences from the correct result: events, their times (beyond 100 tolerances), and final coordinates (beyond 1,000
     tolerances). `moreau` is of first order: its error is proportional to the root of the tolerance, and its times may differ by ten
     roots."""
-    found, near = [], 10 * math.sqrt(rtol) if method == "moreau" else 100 * rtol + 1e-9
+    found = []
     for name, part in case.parts.items():
-        want, got = case.events(name), [(e.kind, e.time) for e in run.events if e.joint == name and e.kind in part.kinds]
-        if [k for k, _ in want] != [k for k, _ in got]:
+        want, got = case.events(name), [e for e in run.events if e.joint == name and e.kind in part.kinds]
+        if [k for k, _ in want] != [e.kind for e in got]:
             found.append(f"{name}: {len(got)} events for {len(want)}")
-        elif any(abs(a - b) > near * case.until for (_, a), (_, b) in zip(want, got, strict=True)):
+        elif any(abs(t - e.time) > x * case.until for (_, t), e, x in zip(want, got, time_errors(got, method, rtol), strict=True)):
             found.append(f"{name}: late")
         place = part.place(float(run.time[-1])) if part.place is not None else math.nan
         if abs(run[f"{name}.q[1]"][-1] - place) > 1e-9 + 1e3 * rtol * max(1.0, abs(place)):

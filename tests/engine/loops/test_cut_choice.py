@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -54,7 +55,7 @@ def runs(scene: dict[str, Any], **how: Any) -> dict[str, Result]:
     """The run of a slider-crank for each cut."""
     found = {}
     for cut in CUTS:
-        joints = {n: j | {"cut": True} if n == cut else j for n, j in scene["joints"].items()}
+        joints = {n: j | {"cut": n == cut} for n, j in scene["joints"].items()}
         found[cut] = simulate(scene_from_dict(scene | {"joints": joints}), outputs=["main.q*", "energy.dissipated"], **how)
     return found
 
@@ -82,18 +83,35 @@ def test_a_crank_that_passes_its_dead_centres_moves_alike_wherever_its_loop_is_c
     assert_alike(runs(slider_crank(np.random.default_rng(seed), guide, pins), rtol=1e-9), 1e-6)
 
 
+BY_ANGLE: dict[str, Callable[[float], dict[str, Any]]] = {
+    "spring": lambda way: {"spring": {"stiffness": 0.05}},
+    "end stop": lambda way: {"end_stops": {"stiffness": 500.0, "upper" if way > 0 else "lower": way * 6.0}},
+    "curve": lambda way: {"nonlinear": {"spring_curve": {"at": [-8, 0, 8], "effort": [-0.4, 0, 0.8]}}},
+}
+"""Devices of the crank whose torque depends on its angle, by the sense in which the crank turns."""
+
+
 @pytest.mark.default_cases(2)
-@pytest.mark.parametrize("seed", range(4))
-def test_springs_and_stops_act_beyond_half_a_turn_wherever_the_loop_is_cut(seed: int) -> None:
-    rng = np.random.default_rng(100 + seed)
-    scene = slider_crank(rng, {"force": 0.1}, False)
+@pytest.mark.parametrize(("seed", "device"), crossed(range(4), list(BY_ANGLE)))
+def test_devices_act_beyond_half_a_turn_wherever_the_loop_is_cut(seed: int, device: str) -> None:
+    scene = slider_crank(np.random.default_rng(100 + seed), {"force": 0.1}, False)
     way = math.copysign(1.0, scene["joints"]["main"]["start"]["qd"])
-    stops = {"stiffness": 500.0, "upper" if way > 0 else "lower": way * 6.0}
-    device = {"spring": {"stiffness": 0.05}} if seed % 2 else {"end_stops": stops}
-    scene["joints"]["main"] |= {"effort": way * 2.0, **device}
+    scene["joints"]["main"] |= {"effort": way * 2.0, **BY_ANGLE[device](way)}
     found = runs(scene, rtol=1e-9)
     assert max(np.abs(r["main.q[1]"]).max() for r in found.values()) > 5.0
     assert_alike(found, 1e-6)
+
+
+def test_a_note_names_a_loop_whose_joints_all_have_forces_by_angle() -> None:
+    """Without the device at the gudgeon, the loop is cut there."""
+    scene = slider_crank(np.random.default_rng(100), {"force": 0.1}, False)
+    for name in ("main", "crankpin", "gudgeon"):
+        scene["joints"][name] |= {"spring": {"stiffness": 0.01}, "damping": 0.01}
+    scene["joints"]["guide"] |= {"rotor_inertia": 0.1}  # a joint with rotor inertia is never cut
+    told = [simulate(scene_from_dict(scene), until=0.01).notes]
+    del scene["joints"]["gudgeon"]["spring"]
+    told.append(simulate(scene_from_dict(scene), until=0.01).notes)
+    assert [sum("loop cut at" in n and "beyond half a turn" in n for n in notes) for notes in told] == [1, 0]
 
 
 @pytest.mark.default_cases(1)

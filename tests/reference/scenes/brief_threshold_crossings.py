@@ -210,9 +210,10 @@ def hook_let_go(r: np.random.Generator, span: float, shape: Shape = peaked) -> P
     deep = push / (mass * rate**2)
     latch = {"at": 0.0, "stiffness": mass * rate**2, "keeps": "below" if side > 0 else "above", "down": True, "release": s.data}
     joint = joint_of(r, start={"q": side * deep}, effort=side * push, latch=latch)
-    first = s.crossings(0.5, 3 * span)
-    events = [("unlatch", first[0][0])] if first else []
-    place = lambda t: side * (deep + (0.5 * push / mass * max(t - first[0][0], 0.0) ** 2 if first else 0.0))  # noqa: E731
+    lifted = [0.0] * (s.value(0.0) > 0.5) + [t for t, way in s.crossings(0.5, 3 * span) if way > 0]
+    go = lifted[0] if lifted else math.inf
+    events = [("unlatch", go)] if 0.0 < go < math.inf else []  # the lift of a hook at the start is no event
+    place = lambda t: side * (deep + 0.5 * push / mass * max(t - go, 0.0) ** 2)  # noqa: E731
     return Part(joint, events, ("latch", "unlatch"), 3 * span, mass, place, signal=s)
 
 
