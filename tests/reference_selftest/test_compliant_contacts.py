@@ -73,7 +73,31 @@ def test_a_bead_leaves_a_round_cam_where_its_weight_no_longer_holds_it() -> None
     assert out["fly.q[2]"] == pytest.approx(R * np.cos(leaves) - v * np.sin(leaves) * flight - G * flight**2 / 2, abs=NEAR)
 
 
-def test_a_contact_that_rebounds_is_refused_by_name() -> None:
-    touch = {"type": "point_on_curve", "curve": LINE, "unilateral": {"restitution": 0.5, "starts": "open"}}
+@pytest.mark.parametrize("e", [0.2, 0.6])
+def test_a_block_that_bounces_keeps_its_restitution_and_loses_speed_by_friction_in_each_impact(e: float) -> None:
+    """Each impact reverses the falling speed v to e v. Along the wall, the impact removes mu (1 + e) v."""
+    mu, fall, speed = 0.2, 0.1, 2.0
+    touch = {"type": "point_on_curve", "curve": LINE, "friction": {"mu": mu}, "unilateral": {"starts": "open", "restitution": e}}
+    v, first = np.sqrt(2 * G * fall), np.sqrt(2 * fall / G)
+    second = first + 2 * e * v / G
+    until = second + e * e * v / G
+    out = last(scene(touch, [0.0, fall, 0.0], [speed, 0.0, 0.0]), until)
+    rates = [speed, speed - mu * (1 + e) * v, speed - mu * (1 + e) ** 2 * v]
+    assert out["fly.qd[1]"] == pytest.approx(rates[2], abs=NEAR)
+    assert out["fly.q[1]"] == pytest.approx(np.dot(rates, np.diff([0.0, first, second, until])), abs=NEAR)
+    assert out["fly.q[2]"] == pytest.approx(e**4 * fall, abs=NEAR)
+
+
+def test_a_block_whose_bounces_end_slides_on() -> None:
+    """All impacts together remove the friction coefficient times all impulses, and weight times time is the sum of impulses."""
+    mu, fall, speed, e, until = 0.1, 0.02, 2.0, 0.3, 0.25
+    touch = {"type": "point_on_curve", "curve": LINE, "friction": {"mu": mu}, "unilateral": {"starts": "open", "restitution": e}}
+    out = last(scene(touch, [0.0, fall, 0.0], [speed, 0.0, 0.0]), until)
+    assert out["fly.qd[1]"] == pytest.approx(speed - mu * G * until, abs=NEAR)
+    assert out["fly.q[2]"] == pytest.approx(0.0, abs=NEAR)
+
+
+def test_a_contact_with_restitution_by_impulses_is_refused_by_name() -> None:
+    touch = {"type": "point_on_curve", "curve": LINE, "unilateral": {"restitution": 0.5, "starts": "open", "impact_law": "poisson"}}
     with pytest.raises(NotJudged, match="touch: restitution"):
         judged(scene(touch, [0.0, 0.1, 0.0], [0.0, 0.0, 0.0]), 0.1)

@@ -83,7 +83,7 @@ class Model:
             return None
         k, first = k - len(self.devices.latches), 0
         if k < len(self.contacts.names):
-            self.contacts.inside[k] = not self.contacts.inside[k]
+            self.contacts.switch(k, self.frames.motion(np.array([t]), y[None]))
             return None
         k -= len(self.contacts.names)
         for law in self.laws:

@@ -2,7 +2,8 @@
 
 An open contact has a gap and no force. Where the gap is negative, the contact presses with stiffness times the penetration, and a
 delay of the penetration's rate, but never pulls. The delay is the same at all levels, and is long compared to the period of any
-body on the spring. Impacts have therefore no rebound in the limit. All functions take many states and contacts at once."""
+body on the spring. Impacts have therefore no rebound in the limit. In an impact with a rebound, the contact is a damper that brings
+the rate of the gap to the rate of the rebound. All functions take many states and contacts at once."""
 
 from __future__ import annotations
 
@@ -19,6 +20,14 @@ DELAY = 1e-3
 SOFTER = 1e-3
 """Stiffness of these contacts relative to the stiffness of joints. With equal stiffness, an impact would be over before the pins
 react, and friction within it would depend on this. Rigid joints react at once."""
+SLOWEST = 300.0
+"""Rate v of a rebound below which the contact stays closed, in time constants of the damper, m/s². The flights that are left out
+are at most v²/(2a) high. Flights after slower impacts would gain the way that the damper makes against a load."""
+BEYOND = 0.01
+"""The damper pulls towards the rate of the rebound and this part of the rate. It reaches the rebound in a few of its time
+constants, and contacts that press at the same time are nearly at rest by then."""
+LATEST = 12.0
+"""Time constants of the damper after which the damper ends, if loads keep the contact from the rate of the rebound."""
 PLACES, NEWTON, FOUND = 200, 8, 1e-12
 """Places on a curve from which the search for the nearest place starts; most steps of this search, and the step that ends it. The
 error after that step is its square."""
@@ -99,15 +108,16 @@ class Path:
 
 
 class Contacts:
-    """The contacts of a scene. inside: contacts whose gap is negative, or zero at a start with a closed contact."""
+    """The contacts of a scene. inside: contacts that press, or may press. rebound: for contacts in an impact with a rebound, the
+    rate of the gap after the impact; else 0."""
 
     def __init__(self, scene, frames: Frames, level: Level, names: list[str]):
         self.names, joints = names, [scene.joints[n] for n in names]
         for name, j in zip(names, joints, strict=True):
             if j.unilateral is None:
                 raise NotJudged(f"{name}: a {j.type} that also pulls")
-            if j.unilateral.restitution:
-                raise NotJudged(f"{name}: restitution")
+            if j.unilateral.restitution and j.unilateral.impact_law != "newton":
+                raise NotJudged(f"{name}: restitution by impulses")
             if is_given(j.friction):
                 raise NotJudged(f"{name}: friction of a given size")
         self.sides, self.flat = frames.sides(names), np.array([j.type == "point_on_plane" for j in joints], bool)
@@ -115,7 +125,9 @@ class Contacts:
         self.roller = np.array([0.0 if j.type == "point_on_plane" else float(j.roller or 0.0) for j in joints])
         self.k = SOFTER * level.stiffness * np.array([(j.stiffness or USUAL) / USUAL for j in joints])
         self.closed = np.array([j.unilateral.starts != "open" for j in joints], bool)
-        self.inside = self.closed.copy()
+        self.inside, self.rebound = self.closed.copy(), np.zeros(len(names))
+        self.restitution = np.array([j.unilateral.restitution for j in joints], float)
+        self.constant = max(frames.mass, default=1.0) / DELAY / np.maximum(self.k, AT_LEAST)
         self.rubs = np.flatnonzero([j.friction is not None for j in joints])
         rubbing = [joints[i].friction for i in self.rubs]
         self.law = Laws(scene, rubbing, np.full(len(rubbing), level.speed))
@@ -143,13 +155,21 @@ class Contacts:
 
     def gaps(self, m: Motion) -> np.ndarray:
         """Functions that become negative where ``inside`` has to change: n x contacts."""
-        gap = self.relative_motion(m)[0]
-        return np.where(self.inside, -gap, gap)
+        gap, rate = self.relative_motion(m)[:2]
+        damped = np.minimum(self.rebound - rate, LATEST * self.constant - gap / np.where(self.rebound > 0, self.rebound, 1.0))
+        return np.where(self.inside, np.where(self.rebound > 0, damped, -gap), np.maximum(gap, DELAY * rate))
+
+    def switch(self, k: int, m: Motion) -> None:
+        """Change the state of contact k."""
+        self.inside[k] = not self.inside[k]
+        speed = -self.restitution[k] * self.relative_motion(m)[1][0, k]
+        self.rebound[k] = speed if self.inside[k] and speed > SLOWEST * self.constant[k] else 0.0
 
     def act(self, m: Motion, out: Forces) -> None:
         """Add the forces."""
         gap, rate, at, normal, slip = self.relative_motion(m)
-        push = np.where(self.inside, np.maximum(-self.k * (gap + DELAY * rate), 0.0), 0.0)
+        wanted = np.where(self.rebound > 0, -DELAY * (1 + BEYOND) * self.rebound, gap)
+        push = np.where(self.inside, np.maximum(-self.k * (wanted + DELAY * rate), 0.0), 0.0)
         rub, speed = np.zeros_like(push), np.sqrt(dot(slip, slip))
         rub[:, self.rubs] = self.law.slope(m.t, speed[:, self.rubs]) * push[:, self.rubs]
         out.between(self.sides.one, self.sides.two, at, push[..., None] * normal - rub[..., None] * slip)
