@@ -40,6 +40,7 @@ BOUNDS: dict[str, dict[str, str]] = {
     "tr_find_stopping_impulses": {"count": "TR_MAX_NETA"},
     "tr_cholesky_solve": {"rank": "TR_LARGER(TR_MAX_ROWS, TR_MAX_NETA)"},
     "tr_multiplier_derivatives": {"choice": "1"},
+    "tr_newton_of_size": {"e": "TR_MAX_NETA"},
     "tr_multipliers_moved": {"ninputs": "TR_MAX_NINPUTS"},
     "tr_restore_shares_before": {"rows": "(TR_PAD(TR_MAX_NETA + 1) + TR_PAD(2 * TR_MAX_NETA + 1) + TR_MAX_NETA)"},
 }  # fmt: skip

@@ -63,7 +63,7 @@ def _spin_normal(w: Wrench, rates: list[SX], law: Law) -> list[SX]:
     omega = [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
     size = ca.sqrt(dot(omega, omega) + TINY)
     side = ca.if_else(dot(f, omega) < 0, 1, -1)
-    return [side * x / size for x in omega]
+    return [side * (x / size) for x in omega]
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:

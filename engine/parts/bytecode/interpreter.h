@@ -18,12 +18,17 @@ static inline const tr_scene *scene_of(const double *c) {
   return scene;
 }
 
+/* Addresses of the operands of one call, from the last to the first; a case for each number of operands. */
+#define OPERAND(i) case (i) + 1: a[i] = base[at[2 * (i)]] + at[2 * (i) + 1]; /* fall through */
+#define FOUR_OPERANDS(i) OPERAND((i) + 3) OPERAND((i) + 2) OPERAND((i) + 1) OPERAND(i)
+
 static inline void execute(const tr_scene *s, const tr_program *program, double *const *base) {
   double *a[MOST_OPERANDS];
   for (const int *code = program->code, *end = code + program->length; code < end;) {
     const int operands = code[1], numbers = code[2], *at = code + 3, *how = at + 2 * operands;
-    _Pragma("clang loop unroll_count(4)")
-    for (int i = 0; i < operands; ++i) a[i] = base[at[2 * i]] + at[2 * i + 1];
+    switch (operands) {
+      FOUR_OPERANDS(28) FOUR_OPERANDS(24) FOUR_OPERANDS(20) FOUR_OPERANDS(16) FOUR_OPERANDS(12) FOUR_OPERANDS(8) FOUR_OPERANDS(4) FOUR_OPERANDS(0)
+    }
     s->op[code[0]](a, how);
     code = how + numbers;
   }

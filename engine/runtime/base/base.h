@@ -36,10 +36,11 @@ static double tr_gap_acceleration(const tr_sim *s, int c, int forces);
 static inline void tr_append_powers(const tr_sim *s, double *dy) {
   const tr_kernel *k = s->k;
   const double *power = TR_A(s, power);
-  double *out = dy + s->ny, sum[2] = {0.0, 0.0};
+  double *out = dy + s->ny, taken = 0.0, given = 0.0;
   for (int i = 0; i < s->nworks; ++i) out[i] = power[i];
-  for (int i = 0; i < k->npowers; ++i) sum[i >= k->ntaken] += power[i];
-  out[s->nworks] = sum[0], out[s->nworks + 1] = sum[1];
+  for (int i = 0; i < k->ntaken; ++i) taken += power[i];
+  for (int i = k->ntaken; i < k->npowers; ++i) given += power[i];
+  out[s->nworks] = taken, out[s->nworks + 1] = given;
 }
 
 /* Evaluate ẏ (dy) and the powers at the current state y with the multipliers z. Requires raw maps. */

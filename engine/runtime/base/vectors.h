@@ -12,6 +12,11 @@ static inline void tr_copy(int n, const double *from, double *to) {
   for (; i < n; ++i) to[i] = from[i];
 }
 
+/* Copy n numbers as whole vectors. May overwrite three doubles after the end of `to`; arrays of the block have room for these. */
+static inline void tr_copy_vectors(int n, const double *from, double *to) {
+  for (int i = 0; i < n; i += TR_LANES) *(tr_vec *)(to + i) = *(const tr_vec *)(from + i);
+}
+
 /* a · b, with four independent sums for speed. */
 static double tr_dot(const double *a, const double *b, int n) {
   double sum[4] = {0.0, 0.0, 0.0, 0.0};

@@ -321,8 +321,8 @@ static void tr_eliminate_loops(tr_sim *s, double *lam0) {
   const double *maps = TR_A(s, maps);
   int a = k->active, e = k->neta, n = k->nn;
   double *T = TR_A(s, T), *N0 = TR_A(s, Np), *Ne = N0 + n;
-  memcpy(N0, map_N0(k, maps), sizeof(double) * n);
-  memcpy(Ne, map_Ne(k, maps), sizeof(double) * n * e);
+  tr_copy_vectors(n, map_N0(k, maps), N0);
+  tr_copy_vectors(n * e, map_Ne(k, maps), Ne);
   if (a == 0) return;
   tr_solve_loops(s, map_g0(k, maps), lam0);
   for (int i = 0; i < a; ++i) lam0[i] = -lam0[i];

@@ -45,7 +45,7 @@ static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
   s->stats.rhs_evaluations++;
   TR_SPOILT(s, TR_HAS_SOLUTION);
   tr_set_time(s, t);
-  if (tr_is_recursive(s) && tr_rhs_recursive(s, y, dy)) {
+  if (k->begin && tr_is_recursive(s) && tr_rhs_recursive(s, y, dy)) {
     tr_append_powers(s, dy);
     if (s->step.watch) tr_update_extremes(s);
     if (s->step.watch && k->active) tr_update_independence(s);
@@ -53,7 +53,7 @@ static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
     return 1;
   }
   k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), dy, TR_A(s, power));
-  tr_apply_contacts(s);
+  if (k->nunilateral) tr_apply_contacts(s);
   s->step.mapped = TR_MAPS_RAW, s->step.recursive = 0;
   TR_NEW_STATE(s);
   if (k->begin) tr_store_current_state(s, y);
@@ -67,7 +67,8 @@ static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
     return 0;
   }
   tr_store_solution_loads(s);
-  if (s->step.watch) tr_update_extremes(s), tr_update_independence(s);
+  if (s->step.watch) tr_update_extremes(s);
+  if (s->step.watch && k->active) tr_update_independence(s);
   tr_evaluate_stage2(s, y, TR_A(s, z), dy);
   if (s->friction.held) tr_zero_held_rates(s, dy);
   return 1;

@@ -12,20 +12,39 @@ static inline void tr_evaluate_loads(tr_sim *s, const double *eta) {
   tr_affine_map(s->k->nn, s->k->neta, N0, N0 + s->k->nn, eta, TR_A(s, NN));
 }
 
-static void tr_evaluate_laws(tr_sim *s, const double *eta) {
-  const tr_kernel *k = s->k;
+/* Arrays from which the laws are evaluated at the current state, and arrays of their values. */
+typedef struct tr_law_arguments {
+  const double *maps, *rates, *x, *c; /* maps: load maps */
+  double *N, *law, *dn, *sliding;
+} tr_law_arguments;
+
+/* The arguments at the current state. Forms the load maps if necessary. */
+static inline tr_law_arguments tr_arguments_of_laws(tr_sim *s) {
   tr_form_all_maps(s);
-  double *N = TR_A(s, NN);
-  tr_evaluate_loads(s, eta);
-  if (tr_open_count(s)) tr_solve_internal_forces(s, eta, N);
-  k->laws(N, map_rates(k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + k->c_laws, TR_A(s, law), TR_A(s, dn), TR_A(s, sliding));
+  return (tr_law_arguments){.maps = TR_A(s, Np), .rates = map_rates(s->k, TR_A(s, maps)), .x = TR_A(s, x), .c = TR_A(s, c) + s->k->c_laws,
+                            .N = TR_A(s, NN), .law = TR_A(s, law), .dn = TR_A(s, dn), .sliding = TR_A(s, sliding)};
+}
+
+/* Evaluate the laws at the e frictions eta. */
+TR_SIZED void tr_evaluate_laws_at(tr_sim *s, const tr_law_arguments *at, const int e, const double *eta) {
+  const tr_kernel *k = s->k;
+  TR_NEED(s, TR_HAS_LOADS);
+  tr_affine_map(k->nn, e, at->maps, at->maps + k->nn, eta, at->N);
+  if (tr_open_count(s)) tr_solve_internal_forces(s, eta, at->N);
+  k->laws(at->N, at->rates, at->x, at->c, at->law, at->dn, at->sliding);
   TR_MADE(s, TR_HAS_LAW);
+}
+
+static void tr_evaluate_laws(tr_sim *s, const double *eta) {
+  const tr_law_arguments at = tr_arguments_of_laws(s);
+  tr_evaluate_laws_at(s, &at, s->k->neta, eta);
 }
 
 /* Compute `count` (at most 3) rows of J = E − D Ne', from row `first` on. The element has ne multipliers and needs `needs` reaction
  * components. E is the unit matrix, and D (ne×needs) the derivative of the laws. */
-TR_SIZED void tr_law_jacobian_rows(int e, int n, int ne, const int needs, const int count, int first, const double *D, const double *Ne, double *J) {
+TR_SIZED void tr_law_jacobian_rows(const int e, int n, int ne, const int needs, const int count, int first, const double *D, const double *Ne, double *J) {
   static const double unit[8] = {0.0, 0.0, 1.0};
+  TR_UNROLL
   for (int j = 0, own = -first; j < e; ++j, ++own, Ne += n, J += e) {
     const double *begin = unit + (own >= 0 && own < count ? 2 - own : 5);
     double row[3];
@@ -59,6 +78,14 @@ static void tr_form_law_jacobian(tr_sim *s) {
         else tr_law_jacobian_rows(e, n, ne, needs, 1, el->eta0 + r, D + r, Ne, J + r);
       }
   }
+}
+
+/* tr_form_law_jacobian for e frictions. Mechanisms with one frictional joint take their sizes from the joint's contact element. */
+TR_SIZED void tr_form_law_jacobian_of_size(tr_sim *s, const int e) {
+  const double *D = TR_A(s, dn), *Ne = tr_loads_by_friction(s);
+  if (s->k->nelements == 1 && e == 1 && s->k->nn == 4) tr_law_jacobian_rows(1, 4, 1, 4, 1, 0, D, Ne, TR_A(s, lu));
+  else if (s->k->nelements == 1 && e == 3 && s->k->nn == 3) tr_law_jacobian_rows(3, 3, 3, 3, 3, 0, D, Ne, TR_A(s, lu));
+  else tr_form_law_jacobian(s);
 }
 
 static void tr_evaluate_capacities(tr_sim *s) {

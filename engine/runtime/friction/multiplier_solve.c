@@ -42,8 +42,8 @@ static int tr_solve_multipliers(tr_sim *s, int deciding) {
     tr_form_held_maps(s, lam0);
     if (tr_has_prescribed_changed(s)) tr_set_row_kinds(s);
   }
-  double warm[e];
-  memcpy(warm, eta, sizeof warm);
+  double warm[TR_PAD(e)];
+  tr_copy_vectors(e, eta, warm);
   if (!tr_newton_with_sense(s, eta) && (deciding || !tr_newton_by_near_tilt(s, warm))) {
     memset(eta, 0, sizeof(double) * e);
     if (!tr_newton_with_sense(s, eta) && !(deciding && tr_newton_with_axis_shares(s, warm)) && !tr_newton_with_other_leaders(s, warm) && !tr_newton_by_any_tilt(s, warm) &&
@@ -51,9 +51,9 @@ static int tr_solve_multipliers(tr_sim *s, int deciding) {
       memset(eta, 0, sizeof(double) * e);
       return 0;
     }
-  } else if (tr_is_unstable_root(s)) tr_prefer_stable_root(s, eta);
-  memcpy(lam, lam0, sizeof(double) * a);
-  tr_add_columns(a, e, TR_A(s, T), eta, -1.0, lam);
+  } else if (a && tr_is_unstable_root(s)) tr_prefer_stable_root(s, eta);
+  for (int i = 0; i < a; ++i) lam[i] = lam0[i];
+  if (a) tr_add_columns(a, e, TR_A(s, T), eta, -1.0, lam);
   if (tr_open_count(s)) {
     tr_evaluate_laws(s, eta);
     tr_add_columns(a, tr_open_count(s), TR_A(s, openV), TR_A(s, open_amounts), 1.0, lam);

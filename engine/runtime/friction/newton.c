@@ -35,12 +35,13 @@ static void tr_form_rest_rows(tr_sim *s, const double *eta, double *r, double *J
 
 /* Add the step r to eta. `step` and `size` receive the largest entries of r and of eta, divided by the levers. Because of this
  * division, torques of a small mechanism count as much as forces. */
-static inline void tr_apply_newton_step(int e, const double *r, const double *per_lever, double *eta, double *step, double *size) {
+TR_SIZED void tr_apply_newton_step(const int e, const double *r, const double *per_lever, double *eta, double *step, double *size) {
   *step = *size = 0.0;
+  TR_UNROLL
   for (int i = 0; i < e; ++i) {
-    eta[i] += r[i];
-    *step = fmax(*step, fabs(r[i]) * per_lever[i]);
-    *size = fmax(*size, fabs(eta[i]) * per_lever[i]);
+    const double change = fabs(r[i]) * per_lever[i], now = fabs(eta[i] += r[i]) * per_lever[i];
+    *step = change > *step ? change : *step; /* like fmax, a comparison ignores NaN; it takes one instruction */
+    *size = now > *size ? now : *size;
   }
 }
 
@@ -53,30 +54,31 @@ static void tr_ease_friction(const tr_sim *s, const double *eta, double *r, doub
     for (int i = 0; i < e; ++i) J[i + j * e] = part * J[i + j * e] + (i == j) * (1.0 - part);
 }
 
-static int tr_newton(tr_sim *s, double *eta) {
+/* tr_newton for e frictions. Without loops, three frictions need no LU factors; with loops, tr_is_unstable_root needs them. */
+TR_SIZED int tr_newton_of_size(tr_sim *s, const int e, const int factored, double *eta) {
   const tr_kernel *k = s->k;
-  int e = k->neta;
-  const double *lever = TR_A(s, lever);
-  double *r = TR_A(s, r), *J = TR_A(s, lu), last = INFINITY, per_lever[e + 1];
-  const int three = e == 3 && !k->active; /* with loops, tr_is_unstable_root needs the LU factors */
+  const double *lever = TR_A(s, lever), *law = TR_A(s, law);
+  int *perm = (int *)TR_A(s, perm) + k->active;
+  double *J = TR_A(s, lu), last = INFINITY, size, step, r[e + 1], per_lever[e + 1];
+  const tr_law_arguments at = tr_arguments_of_laws(s);
+  TR_UNROLL
   for (int i = 0; i < e; ++i) per_lever[i] = lever[i] > 0.0 ? 1.0 / lever[i] : 1.0;
   for (int it = 1; it <= NEWTON_MAX; ++it) {
     if (tr_is_cancelled(s, (double)e * e * (e + k->nn))) return 0;
-    tr_evaluate_laws(s, eta);
-    tr_form_law_jacobian(s);
-    const double *law = TR_A(s, law);
-    double size, step;
+    tr_evaluate_laws_at(s, &at, e, eta);
+    tr_form_law_jacobian_of_size(s, e);
+    TR_UNROLL
     for (int i = 0; i < e; ++i) r[i] = law[i] - eta[i];
     if (s->friction.eased > 0.0) tr_ease_friction(s, eta, r, J);
     if (s->friction.held) tr_form_rest_rows(s, eta, r, J);
     if (e == 1) {
       if (!(fabs(J[0]) > NO_PIVOT)) return 0;
       r[0] /= J[0];
-    } else if (three) {
+    } else if (!factored) {
       if (!tr_solve_three(J, r)) return 0;
     } else {
-      if (!tr_lu(e, J, (int *)TR_A(s, perm) + k->active)) return 0;
-      tr_lu_solve(e, J, (int *)TR_A(s, perm) + k->active, r);
+      if (!tr_lu(e, J, perm)) return 0;
+      tr_lu_solve(e, J, perm, r);
     }
     tr_apply_newton_step(e, r, per_lever, eta, &step, &size);
     s->stats.newton_iterations++;
@@ -88,6 +90,12 @@ static int tr_newton(tr_sim *s, double *eta) {
     last = step;
   }
   return 0;
+}
+
+static int tr_newton(tr_sim *s, double *eta) {
+  const int e = s->k->neta;
+  if (e == 1) return tr_newton_of_size(s, 1, 0, eta);
+  return e == 3 && !s->k->active ? tr_newton_of_size(s, 3, 0, eta) : tr_newton_of_size(s, e, 1, eta);
 }
 
 /* Like tr_newton. If the direction of a group's load requires the opposite impending motion, the motion is reversed, and the

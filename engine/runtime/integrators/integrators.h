@@ -16,7 +16,8 @@ static double tr_squared_work_error(const tr_sim *s, const double *e, const doub
 /* Squared error from the squared errors of two estimators of different order. */
 static double tr_combine_estimators(double first, double second);
 
-/* Extrapolate x (e), the start of Newton's method at stage i, from its values `old` at earlier stages. */
+/* Extrapolate x (e), the start of Newton's method at stage i, from its values `old` at earlier stages (i × e). Reads up to three
+ * doubles after their end. */
 static void tr_extrapolate_start(int e, double *x, const tr_explicit *m, int i, const double *old);
 
 /* One trial step h from (t, y). Requires K[0]. Results: ynew and, with ends_in_error, the derivative at the end in K[stages].

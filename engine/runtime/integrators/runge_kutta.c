@@ -16,9 +16,11 @@ static double tr_step_work_error(const tr_sim *s, double h, const double *e, con
 
 TR_INLINE void tr_extrapolate_start(int e, double *x, const tr_explicit *m, int i, const double *old) {
   const double *weight = m->lead + i * m->stages;
-  for (int j = 0; j < e; ++j) x[j] = 0.0;
-  for (int k = 0; k < i; ++k, old += e)
-    for (int j = 0; j < e && weight[k] != 0.0; ++j) x[j] += weight[k] * old[j];
+  for (int j = 0; j < e; j += TR_LANES) {
+    tr_vec sum = TR_NOUGHT;
+    for (int k = 0; k < i; ++k) sum += *(const tr_vec *)(old + k * e + j) * weight[k];
+    tr_copy(e - j < TR_LANES ? e - j : TR_LANES, (const double *)&sum, x + j);
+  }
 }
 
 static void tr_keep_stage_multipliers(const tr_sim *s, int row) {
@@ -30,13 +32,13 @@ static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
   int n = tr_state_width(s), nv = n / TR_LANES;
   double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
   const int e = tr_z_length(s) - s->k->active;
-  double *eta = TR_A(s, z) + s->k->active, old[e * m->stages + 1];
+  double *eta = TR_A(s, z) + s->k->active, old[e * m->stages + TR_LANES];
   const int made = tr_take_from_lane(s, TR_ASK_STEP, m->stages - 1 + m->ends_in_error);
   tr_keep_stage_multipliers(s, 0);
   for (int i = 1; i < m->stages && !made; ++i) {
     m->argument(i, nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
     tr_copy(e, eta, old + (i - 1) * e);
-    if (e) tr_extrapolate_start(e, eta, m, i, old);
+    tr_extrapolate_start(e, eta, m, i, old);
     if (!tr_rhs(s, s->clock.t + m->c[i] * h, tmp, K + i * n)) return NAN;
     tr_keep_stage_multipliers(s, i);
   }

@@ -69,7 +69,9 @@ class Model:
         if len(self._reactions.built.numbers.breaks) != len(self.built.numbers.breaks):
             self._reactions.built = self.built
             self._reactions._load(redundant=False)
-        self._reactions.block.take(self.built.numbers, np.array(self.block.parameters))
+        other = self._reactions.block
+        if other.numbers is not self.built.numbers or not np.array_equal(other.parameters, self.block.parameters):
+            other.take(self.built.numbers, np.array(self.block.parameters))
         return self._reactions
 
     def begin(self, settings: bl.Settings, t: float, until: float, every: float, row: np.ndarray | None = None) -> int:

@@ -63,7 +63,7 @@ def _changes(model: Model, wanted: list[Column], settings: bl.Settings) -> np.nd
             return np.zeros((0, len(wanted)))
         return _changes(other, wanted, settings)
     changes = model.block.open_columns()[:, [places[c.name] for c in wanted]]
-    return np.vstack([np.zeros((1, len(wanted))), *_by_loop(model, wanted, changes)])
+    return np.concatenate([np.zeros((1, len(wanted))), *_by_loop(model, wanted, changes)])
 
 
 def _by_loop(model: Model, wanted: list[Column], changes: np.ndarray) -> Iterator[np.ndarray]:

@@ -58,10 +58,10 @@ def redundancy(block: Block) -> Redundancy:
     """The redundancy at the current state of the block."""
     if not block.kernel.sizes["rows"]:
         return Redundancy(0)
-    count, share = block.redundancy()
-    names, at = [], 0
+    count, found = block.redundancy()
+    share, names, at = found.tolist(), [], 0
     for name, rows in block.kernel.facts["loop_rows"]:
-        if rows and share[at : at + rows].max() > SHARE:
+        if rows and max(share[at : at + rows]) > SHARE:
             names.append(name)
         at += rows
     rubbing = block.kernel.facts["rubbing"] if block.kernel.sizes["nkappa"] else ()
