@@ -1,11 +1,9 @@
 """Decorators like ``dataclass`` of the standard library and of pydantic, which make a class at its first use. The original
 decorators compile six methods of each class. The compilation would take a third of a command's start, although most classes have no
 instance in a run. With this module, the original decorator makes the class at the first call of one of the six methods, or when the
-fields are read. Of classes with plain fields, this module sets, compares and hashes the values of the first calls itself, because
-most of these classes have few instances. Unpickling calls none of the methods. A stored scene
-therefore needs neither validation nor pydantic. The standard library makes the methods that compare and print values later, because
-three of four classes of a run never need them. Classes with an own ``__init__``, ``__eq__``, ``__setattr__``, slots or an order are
-made at once."""
+fields are read. Unpickling calls none of the methods. A stored scene therefore needs neither validation nor pydantic. The standard
+library makes the methods that compare and print values later, because three of four classes of a run never need them. Classes with
+an own ``__init__``, ``__eq__``, ``__setattr__``, slots or an order are made at once."""
 
 from __future__ import annotations
 
@@ -14,7 +12,6 @@ import threading
 from collections.abc import Callable
 from functools import wraps
 from inspect import isfunction
-from reprlib import recursive_repr
 from typing import TYPE_CHECKING, Any
 
 LOCK = threading.RLock()
@@ -29,13 +26,6 @@ FACTS = ("__dataclass_fields__", "__dataclass_params__", "__match_args__")
 OF_EACH = ("__dict__", "__weakref__", "_abc_impl")
 """Attributes that Python gives to each class."""
 AT_ONCE = {"__init__", "__eq__", "__setattr__", "__slots__"}
-OF_FROZEN = {"__setattr__", "__delattr__"}
-"""Methods that the standard library makes only for frozen classes."""
-FEW = 200
-"""Number of calls of the methods of a class with plain fields until the class is made. Each call takes 1 to 2 µs longer than a
-compiled method. The compilation takes 500 µs."""
-SPECIAL = ("ClassVar", "InitVar", "KW_ONLY")
-"""Words of annotations that do not declare a plain field."""
 OPTIONS_AT_ONCE = {"slots", "order", "unsafe_hash"}
 
 
@@ -70,102 +60,6 @@ def _method(owner: type, options: dict[str, Any], name: str) -> Any:
 _MARK = "_until_made"
 
 
-class _Plain:
-    """The fields of a class whose ``__init__`` sets every field from an argument. positional: whether the arguments may be
-    positional. defaults: for each field, in order, a value or MISSING. factories: functions that make the other defaults.
-    shown, compared, hashed: names of the fields that ``__repr__``, ``__eq__`` and ``__hash__`` read. left: number of calls of
-    these methods until the class is made."""
-
-    def __init__(self, owner: type, positional: bool) -> None:
-        self.positional = positional
-        self.defaults: dict[str, Any] = {}
-        self.factories: dict[str, Callable[[], Any]] = {}
-        self.shown: list[str] = []
-        self.compared: list[str] = []
-        self.hashed: list[str] = []
-        self.left = FEW
-        for name in vars(owner).get("__annotations__", {}):
-            default = vars(owner).get(name, dataclasses.MISSING)
-            field = default if isinstance(default, dataclasses.Field) else dataclasses.field()
-            if field.repr:
-                self.shown.append(name)
-            if field.compare:
-                self.compared.append(name)
-            if field.compare if field.hash is None else field.hash:
-                self.hashed.append(name)
-            if field.default_factory is not dataclasses.MISSING:
-                self.factories[name] = field.default_factory
-            self.defaults[name] = field.default if field is default else default
-
-    def values(self, given: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any] | None:
-        """The values of the fields by these arguments of ``__init__``. None if the arguments are wrong."""
-        values = dict(zip(self.defaults, given, strict=False))
-        if len(given) > len(self.defaults) * self.positional or named.keys() & values.keys() or named.keys() - self.defaults.keys():
-            return None
-        for name in list(self.defaults)[len(given) :]:
-            if name in named:
-                values[name] = named[name]
-            elif name in self.factories:
-                values[name] = self.factories[name]()
-            elif self.defaults[name] is dataclasses.MISSING:
-                return None
-            else:
-                values[name] = self.defaults[name]
-        return values
-
-
-def _is_plain(owner: type, options: dict[str, Any]) -> bool:
-    """Whether ``_Plain`` describes the fields of a class."""
-    if options.keys() - {"frozen", "kw_only"} or any(FACTS[0] in vars(c) for c in owner.__mro__[1:]):
-        return False
-    for name, annotation in vars(owner).get("__annotations__", {}).items():
-        default = vars(owner).get(name)
-        if not isinstance(annotation, str) or any(word in annotation for word in SPECIAL) or hasattr(type(default), "__set__"):
-            return False
-        if isinstance(default, dataclasses.Field) and (not default.init or isinstance(default.kw_only, bool)):
-            return False
-    return True
-
-
-def _known_fields(owner: type, options: dict[str, Any]) -> _Plain:
-    """The fields of a class that ``_is_plain``. They are read before the class is made, because the original decorator removes
-    ``Field`` objects from the class."""
-    return _plain_fields.get(owner) or _plain_fields.setdefault(owner, _Plain(owner, not options.get("kw_only")))
-
-
-_plain_fields: dict[type, _Plain] = {}
-
-
-def _plain_method(owner: type, options: dict[str, Any], name: str) -> Any:
-    """A method of a class with plain fields, until the class is made. Arguments that ``__init__`` refuses go to the original
-    method, which raises the error."""
-    made = _method(owner, options, name)
-
-    def first(self: Any, *given: Any, **named: Any) -> Any:
-        known = _known_fields(owner, options)
-        known.left -= 1
-        if known.left < 0:
-            return made(self, *given, **named)
-        if name == "__hash__":
-            return hash(tuple([getattr(self, n) for n in known.hashed]))
-        if name == "__repr__":
-            return f"{self.__class__.__qualname__}({', '.join([f'{n}={getattr(self, n)!r}' for n in known.shown])})"
-        if name == "__eq__":
-            if given[0].__class__ is not self.__class__:
-                return NotImplemented
-            return [getattr(self, n) for n in known.compared] == [getattr(given[0], n) for n in known.compared]
-        if (values := known.values(given, named)) is None:
-            return made(self, *given, **named)
-        vars(self).update(values)
-        if hasattr(owner, "__post_init__"):
-            self.__post_init__()
-        return None
-
-    plain = recursive_repr()(first) if name == "__repr__" else first
-    setattr(plain, _MARK, True)
-    return plain
-
-
 def _make(owner: type, options: dict[str, Any]) -> None:
     """Let the original decorator make the class, once."""
     with LOCK:
@@ -173,8 +67,6 @@ def _make(owner: type, options: dict[str, Any]) -> None:
             return
         standing = [n for n, value in vars(owner).items() if isinstance(value, _Fact) or hasattr(value, _MARK)]
         if "config" not in options:
-            if _is_plain(owner, options):
-                _known_fields(owner, options)
             _make_copy_first(owner, options, standing)
             return
         for name in standing:
@@ -257,11 +149,9 @@ else:
             return lambda cls: dataclass(cls, **options)
         if AT_ONCE & vars(cls).keys() or OPTIONS_AT_ONCE & options.keys():
             return _decorated(cls, options)
-        frozen = options.get("frozen", False)
-        plain = {INIT, "__repr__", "__eq__", *(["__hash__"] if frozen else [])} if _is_plain(cls, options) else set()
         for name in METHODS:
-            if name not in vars(cls) and (frozen or name not in OF_FROZEN or "config" in options):
-                setattr(cls, name, (_plain_method if name in plain else _method)(cls, options, name))
+            if name not in vars(cls):
+                setattr(cls, name, _method(cls, options, name))
         for name in FACTS:
             setattr(cls, name, _Fact(cls, options, name))
         return cls

@@ -73,16 +73,8 @@ USES: dict[str, Any] = {
 }
 
 
-@pytest.fixture
-def made_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Classes with plain fields are made at the first call of a method."""
-    monkeypatch.setattr(lazy_data_classes, "FEW", 0)
-
-
-@pytest.mark.parametrize("few", [0, 1, lazy_data_classes.FEW])
 @pytest.mark.parametrize("use", USES)
-def test_a_class_behaves_as_that_of_the_standard_library(use: str, few: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lazy_data_classes, "FEW", few)
+def test_a_class_behaves_as_that_of_the_standard_library(use: str) -> None:
     assert outcome(lambda: USES[use](*family(dataclass))) == outcome(lambda: USES[use](*family(dataclasses.dataclass)))
 
 
@@ -123,35 +115,6 @@ def test_an_unpickled_instance_of_a_class_that_is_not_made_behaves_as_one_that_i
     assert pickle.loads(text) == Stored(2.0)
 
 
-def test_a_class_with_plain_fields_is_made_after_few_calls_of_its_methods() -> None:
-    rod, _, load = family(dataclass)
-    for made in (rod, load):
-        several = [made(1.0) for _ in range(lazy_data_classes.FEW)]
-        assert isinstance(vars(made)["__dataclass_fields__"], lazy_data_classes._Fact)
-        assert [vars(x) for x in several] == [vars(made(1.0))] * lazy_data_classes.FEW
-        assert "_until_made" not in vars(vars(made)["__init__"])
-
-
-def test_a_field_of_each_kind_gets_the_value_that_the_standard_library_gives() -> None:
-    def kinds(decorator: Any) -> list[Any]:
-        @decorator(frozen=True, kw_only=True)
-        class Spring:
-            rate: float
-            name: str = field(default="s", repr=False)
-            used: list[int] = field(default_factory=lambda: [1], hash=False)
-            marks: tuple[int, ...] = field(default=(), compare=False)
-
-            def __post_init__(self) -> None:
-                object.__setattr__(self, "rate", 2 * self.rate)
-
-        one, other = Spring(rate=1.0), Spring(rate=1.0, marks=(1,), used=[1])
-        refused = outcome(lambda: Spring(1.0))[0]
-        return [vars(one), one == other, one == 1, hash(one) == hash(other), repr(other), refused, *vars(one)]
-
-    assert repr(kinds(dataclass)) == repr(kinds(dataclasses.dataclass))
-
-
-@pytest.mark.usefixtures("made_at_once")
 def test_a_class_has_the_methods_of_values_only_from_their_first_call() -> None:
     rod, tube, _ = family(dataclass)
     assert tube(1.0).bore == 0.5
@@ -162,7 +125,6 @@ def test_a_class_has_the_methods_of_values_only_from_their_first_call() -> None:
     assert hash(tube(1.0)) == hash(tube(1.0))
 
 
-@pytest.mark.usefixtures("made_at_once")
 def test_threads_make_a_class_once() -> None:
     for _ in range(20):
         _, tube, _ = family(dataclass)
@@ -171,7 +133,6 @@ def test_threads_make_a_class_once() -> None:
         assert all(not hasattr(vars(tube).get(m), "_until_made") for m in METHODS)
 
 
-@pytest.mark.usefixtures("made_at_once")
 @pytest.mark.parametrize("options", [{}, {"config": {}}], ids=["standard library", "pydantic"])
 def test_a_thread_may_use_a_class_while_another_makes_it(options: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     rod, _, _ = family(partial(dataclass, **options))
