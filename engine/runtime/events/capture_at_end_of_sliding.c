@@ -1,6 +1,6 @@
 /* End of sliding of pairs of several components (theory, "End of sliding"). The speed of such a pair reaches zero without a change
  * of sign, so no root shows the stop. The last stretch of sliding is therefore a separate step (capture). At the end of this step,
- * the pair and all pairs that stop with it are at rest. */
+ * the pair and all pairs that stop with it are at rest. A pair of one component is captured if steps shrink towards its stop. */
 #include "events/events.h"
 
 #define CAPTURE_JOLT 10.0   /* relative to the pair's own rates: largest change of any rate when the pair stops */
@@ -80,23 +80,36 @@ static double tr_capture_speed(tr_sim *s, int i, double left) {
   return tr_speed_unit(s) * (alone ? fmax(CAPTURE_ALONE * s->set.rtol, CAPTURE_SPEED) : CAPTURE_SPEED);
 }
 
-/* A pair that stops alone in a steady direction, and whose stop lies on the present line of its sliding; −1: none. *left receives
+/* Whether no pair m ≠ i would prevent the capture of pair i, which comes to rest in `left` s. Pairs of one component may stop with
+ * a faster pair of one component. */
+static int tr_stops_first(const tr_sim *s, int i, double left) {
+  const int single = tr_pair_of(s, i)->nrates == 1;
+  for (int m = 0; m < s->k->nsliders; ++m) {
+    const int follows = single && tr_pair_of(s, m)->nrates == 1 && tr_pair_speed(s, m) <= tr_pair_speed(s, i);
+    if (m != i && !follows && tr_is_resting_as_soon(s, m, left)) return 0;
+  }
+  return 1;
+}
+
+/* A pair that stops first in a steady direction, and whose stop lies on the present line of its sliding; −1: none. *left receives
  * the time until its rest, s. Ordinary steps would miss this stop: at rest the direction is undefined, so the errors of the steps
- * would determine the motion. */
+ * would determine the motion. Of a pair of one component, the next step does not reach the stop, although the way to the stop is
+ * negligible. */
 static int tr_find_steady_stop(tr_sim *s, double *left) {
-  const double small = CAPTURE_STEADY * s->set.rtol, unit = tr_speed_unit(s);
+  const double small = CAPTURE_STEADY * s->set.rtol, unit = tr_speed_unit(s), next = s->pending.h * s->pending.grow;
   for (int i = 0; i < s->k->nsliders; ++i) {
-    if (!tr_is_set_valued(s, i) || !tr_is_sliding(s, i) || tr_pair_of(s, i)->nrates == 1 || tr_pair_of(s, i)->cone) continue;
+    if (!tr_is_set_valued(s, i) || !tr_is_sliding(s, i) || tr_pair_of(s, i)->cone) continue;
+    const int single = tr_pair_of(s, i)->nrates == 1;
     const double v = tr_pair_speed(s, i);
-    double across;
+    double across = 0.0;
     const double tried = TR_A(s, capture_tried)[i];
-    if (!(v > tr_rest_speed(unit)) || v > sqrt(small) * unit || (tried > 0.0 && v > 0.5 * tried)) continue;
-    *left = tr_braking_time(s, i, &across);
-    const int slow = v <= tr_last_speed(unit) && across <= CAPTURE_TURNED; /* a turn of slow sliding may be an error of steps */
+    if (!(v > tr_rest_speed(unit)) || (tried > 0.0 && v > 0.5 * tried)) continue;
+    if (single ? v * next > small * s->set.length : v > sqrt(small) * unit) continue;
+    *left = single ? tr_time_to_rest(s, i, 0) : tr_braking_time(s, i, &across);
+    if (single && !(*left > next)) continue;
+    const int slow = !single && v <= tr_last_speed(unit) && across <= CAPTURE_TURNED; /* its turn may be an error of steps */
     if (!slow && (v * across > small * unit || *left * fmax(across * across, v / unit) > small / s->set.rate)) continue;
-    int alone = 1;
-    for (int m = 0; m < s->k->nsliders && alone; ++m) alone = m == i || !tr_is_resting_as_soon(s, m, *left);
-    if (alone) return i;
+    if (tr_stops_first(s, i, *left)) return i;
   }
   return -1;
 }
@@ -106,7 +119,7 @@ static int tr_find_pair_to_capture(tr_sim *s) {
   const int i = s->friction.cutting_pair, fixed = s->set.hfixed > 0.0;
   tr_save_speeds(s);
   const int stops = fixed ? -1 : tr_find_steady_stop(s, &s->friction.capture_h);
-  s->friction.steady = stops >= 0;
+  s->friction.steady = stops >= 0 && tr_pair_of(s, stops)->nrates > 1;
   if (stops >= 0) return stops;
   if (i < 0 || i >= s->k->nsliders || !tr_is_set_valued(s, i) || tr_is_stuck(s, i) || tr_pair_of(s, i)->nrates == 1) return -1;
   const double v = tr_pair_speed(s, i), unit = tr_speed_unit(s), *t = s->friction.past_t;
@@ -143,7 +156,7 @@ static int tr_has_answer_at_rest(tr_sim *s, double t, double *y, int i) {
   if (has) {
     const double own = tr_fastest_rate(pair_rates, tr_pair_rates(s, i), own_unit);
     memcpy(change, y + nq, sizeof(double) * nv);
-    has = tr_handle_event(s, t, y, i, 0) == TR_OK && tr_is_crawling(s, i);
+    has = tr_handle_event(s, t, y, i, 0) == TR_OK && tr_is_crawling(s, i) && (pair_rates > 1 || tr_is_stuck(s, i));
     for (int q = 0; q < nv; ++q) change[q] -= y[nq + q], unit[q] = tr_rate_unit(s, q);
     has = has && tr_fastest_rate(nv, change, unit) <= CAPTURE_JOLT * own;
   }
@@ -179,6 +192,17 @@ static void tr_mark_pairs_stopping_at_once(tr_sim *s, int i) {
   }
 }
 
+/* mid ← state in the middle of a stretch of length h, from the slopes f. Positions follow from the rates at a quarter of the stretch;
+ * the present rates would move the mechanism in half of the time to the place where it stops. */
+static void tr_find_middle_of_stretch(tr_sim *s, double h, const double *f, double *mid) {
+  const int n = tr_state_width(s), nq = s->k->nq;
+  const double *y = TR_A(s, y);
+  double dq[s->k->nq + 4];
+  for (int q = 0; q < n; ++q) mid[q] = y[q] + 0.25 * h * f[q];
+  s->k->qdot(y, mid + nq, TR_A(s, c), dq);
+  for (int q = 0; q < n; ++q) mid[q] = y[q] + 0.5 * h * (q < nq ? dq[q] : f[q]);
+}
+
 static int tr_make_capture_step(tr_sim *s, double limit) {
   int n = tr_state_width(s), i = s->friction.capture;
   double h = s->friction.capture_h, *y = TR_A(s, y), *mid = TR_A(s, ytmp), *f = TR_A(s, dy), *R = TR_A(s, kstep), *ynew = TR_A(s, ynew);
@@ -187,12 +211,12 @@ static int tr_make_capture_step(tr_sim *s, double limit) {
   s->friction.capture = -1;
   tr_save_modes(s, modes);
   tr_freeze_last_directions(s, i);
-  for (int q = 0; q < n; ++q) mid[q] = y[q] + 0.5 * h * TR_A(s, K)[q];
+  tr_find_middle_of_stretch(s, h, TR_A(s, K), mid);
   int ok = tr_rhs(s, s->clock.t + 0.5 * h, mid, f);
   for (int it = 0; it < CAPTURE_PASSES && ok && s->friction.steady; ++it) {
     double across;
     h = tr_past_speeds(s, 0)[i] / tr_pair_speed(s, i) * tr_braking_time(s, i, &across);
-    for (int q = 0; q < n; ++q) mid[q] = y[q] + 0.5 * h * f[q];
+    tr_find_middle_of_stretch(s, h, f, mid);
     ok = h <= 2.0 * s->friction.capture_h && s->clock.t + h < limit - tr_time_tolerance(limit) && tr_rhs(s, s->clock.t + 0.5 * h, mid, f);
   }
   tr_store_end_multipliers(s);
@@ -200,6 +224,7 @@ static int tr_make_capture_step(tr_sim *s, double limit) {
   ok = ok && tr_project(s, s->clock.t + h, ynew);
   memcpy(TR_A(s, event_y), ynew, sizeof(double) * n);
   if (ok) tr_evaluate_maps_at(s, s->clock.t + h, ynew), tr_mark_pairs_stopping_with(s, i);
+  ok = ok && (tr_pair_of(s, i)->nrates > 1 || tr_pair_speed(s, i) <= CAPTURE_TURNED * tr_past_speeds(s, 0)[i]);
   ok = ok && tr_has_answer_at_rest(s, s->clock.t + h, TR_A(s, event_y), i);
   if (!ok) {
     TR_A(s, capture_tried)[i] = tr_past_speeds(s, 0)[i];

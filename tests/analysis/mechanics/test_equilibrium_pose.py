@@ -230,7 +230,7 @@ def test_a_double_pendulum_has_three_unstable_rests() -> None:
 
 
 LOOPS = [("five_bars", 0, "j4"), ("grippers", 0, "fa"), ("screw_levers", 4, "turn"), ("freewheels_in_four_bars", 0, "j3"),
-         ("five_bars", 1, "j4"), ("five_bars", 3, "j4"), ("grippers", 2, "fa"), ("worm_drives", 0, "arm")]  # fmt: skip
+         ("five_bars", 1, "j4"), ("five_bars", 3, "j4"), ("grippers", 2, "fa"), ("worm_drives", 0, "j3")]  # fmt: skip
 """Random mechanisms whose loops are cut at other joints without friction, and a joint of each."""
 
 
