@@ -192,7 +192,7 @@ def _move_joint(name: str, j: Any, move: Transformation, notes: list[Note]) -> A
     if move.turns:
         across = kind is not None and (kind.second_axis >= 0 or (out.get("friction") is not None and kind.slides_along >= 0))
         if kind is not None and kind.nv not in (0, 6):
-            _write_frame(("joints", name), out, across, notes)
+            _write_frames(("joints", name), out, across, notes)
         _turn_frame(out, move, sign)
     for side in ("inboard", "outboard"):
         given = out.get(side)
@@ -211,9 +211,22 @@ def _move_joint(name: str, j: Any, move: Transformation, notes: list[Note]) -> A
     return out
 
 
+def _write_frames(path: Path, j: dict[str, Any], across: bool, notes: list[Note]) -> None:
+    """Write the default axis and reference of a joint into its data, and the default reference of each side that has its own
+    axis."""
+    if "reference" in j:
+        return
+    own = [key for key in ("inboard", "outboard") if isinstance(j.get(key), dict) and "axis" in j[key]]
+    for key in own:
+        j[key] = dict(j[key])
+        _write_frame(path, j[key], across, notes)
+    if len(own) < 2:
+        _write_frame(path, j, across, notes)
+
+
 def _write_frame(path: Path, j: dict[str, Any], across: bool, notes: list[Note]) -> None:
-    """Write the default axis and reference of a joint or bushing into its data, so that axis and reference can be rotated. across:
-    whether the directions normal to the axis matter."""
+    """Write the default axis and reference of a joint, of its side or of a bushing into its data, so that axis and reference can be
+    rotated. across: whether the directions normal to the axis matter."""
     if "reference" in j:
         return
     if "axis" not in j:
@@ -242,6 +255,8 @@ def _mirror_sign(name: str, j: dict[str, Any], kind: JointKind, notes: list[Note
     """The sign of a joint's mirrored frame for which the joint's numbers stay the same: −1 for rotations, 1 for travels. A joint
     with rotations and travels has a mirror image only if it has no numbers along its freedoms."""
     turns = [kind.turns(k) for k in range(kind.nv)]
+    if j.get("lead_angle") is not None:
+        j["lead_angle"] = times(-1.0, j["lead_angle"])
     if kind.pitched and "pitch" in j:
         j["pitch"] = times(-1.0, j["pitch"])
         return -1.0

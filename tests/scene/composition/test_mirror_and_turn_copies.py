@@ -10,6 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import trunnion
+from tests.reference.scenes.random_device_scenes import crossed_dict
 from trunnion.scene import scene_from_dict, scene_from_text, scene_to_yaml
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import apply
@@ -127,6 +128,32 @@ def test_a_mirrored_curve_guides_along_the_mirror_image(mirror: str, kind: str, 
     matrix = np.diag([-1.0 if a == mirror else 1.0 for a in "xyz"])
     assert np.abs(one - one[0]).max() > 1e-3, "it moves"
     assert np.abs(one @ matrix - two).max() < 1e-8  # the limit is a hundred times the tolerance of the run
+
+
+WHEELS = ("bevel_differentials", "worm_drives", "belts", "racks", "gear_trains", "cams")
+"""Random mechanisms whose wheels have axes of their own on both sides, threads, or profiles."""
+
+
+@pytest.mark.default_cases(6)
+@pytest.mark.parametrize("turned", [False, True], ids=["mirrored", "turned"])
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("family", WHEELS)
+def test_a_copy_of_wheels_and_threads_moves_as_the_first_one(family: str, seed: int, turned: bool) -> None:
+    """In a mirror, a right-handed thread becomes a left-handed thread."""
+    data, axis = crossed_dict(family, seed), "xyz"[seed]
+    copies = {"rotate": {"times": 3, "axis": axis}} if turned else {"mirror": axis}
+    use = {k: data[k] for k in ("bodies", "joints", "forces")}
+    scene = scene_from_dict({"gravity": [0, 0, 0], "assemblies": {"m": {"use": use, "copies": copies}}})
+    columns = [f"m{k}_{b}.position*" for b in data["bodies"] for k in (1, 2)] + [f"m{k}_*.q[1]" for k in (1, 2)]
+    run = trunnion.simulate(scene, until=0.1, every=0.02, rtol=1e-9, kernel="parts", outputs=columns)
+    mirror = np.diag([-1.0 if a == axis else 1.0 for a in "xyz"])
+    matrix = Rotation.from_euler(axis, 120, degrees=True).as_matrix() if turned else mirror
+    for body in data["bodies"]:
+        one, two = (np.column_stack([run[f"m{k}_{body}.position[{i}]"] for i in (1, 2, 3)]) for k in (1, 2))
+        assert np.abs(one @ matrix.T - two).max() < 1e-7, body  # the limit is a hundred times the tolerance of the run
+    for name in [c.name for c in run.columns if c.name.startswith("m1_") and c.unit == "rad"]:
+        one, two = (np.abs(run[n]) for n in (name, name.replace("m1_", "m2_", 1)))  # a mirror changes the sense of some rotations
+        assert np.abs(one - two).max() < 1e-6 * max(1.0, one.max()), name
 
 
 def test_an_assembly_is_turned_and_placed_as_a_whole() -> None:
