@@ -41,8 +41,9 @@ static void tr_evaluate_laws(tr_sim *s, const double *eta) {
 }
 
 /* Compute `count` (at most 3) rows of J = E − D Ne', from row `first` on. The element has ne multipliers and needs `needs` reaction
- * components. E is the unit matrix, and D (ne×needs) the derivative of the laws. */
-TR_SIZED void tr_law_jacobian_rows(const int e, int n, int ne, const int needs, const int count, int first, const double *D, const double *Ne, double *J) {
+ * components. E is the unit matrix, and D (ne×needs) the derivative of the laws. D is volatile, so that the compiler reads its numbers
+ * one by one: a wide read of numbers that the laws have just written one by one waits until all of them are in the cache. */
+TR_SIZED void tr_law_jacobian_rows(const int e, int n, int ne, const int needs, const int count, int first, const volatile double *D, const double *Ne, double *J) {
   static const double unit[8] = {0.0, 0.0, 1.0};
   TR_UNROLL
   for (int j = 0, own = -first; j < e; ++j, ++own, Ne += n, J += e) {
