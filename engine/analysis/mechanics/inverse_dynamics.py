@@ -192,11 +192,11 @@ def _rows(model: Model, t: np.ndarray, curves: Mapping[Freedom, np.ndarray]) -> 
         if status is None:
             missing.append(f"t = {now:g} s: the loops cannot be closed")
             continue
-        found, rate_now = model.block.y[:nq].copy(), model.block.evaluate()[0][:nq]
+        found, rate_now = _pose_and_rate(model, nq, rate)
         led = pose + 0.5 * spell * (rate + rate_now)
         if row and np.abs(found - led).max(initial=0.0) > LED:
             status, out = _instant(model, replace(numbers, q=led), parameters, now)
-            found, rate_now = model.block.y[:nq].copy(), model.block.evaluate()[0][:nq]
+            found, rate_now = _pose_and_rate(model, nq, rate)
         if status == OK:
             if np.isnan(values).all():
                 notes = redundancy_notes(open_reactions(model, Settings(rtol=1e-9)))
@@ -208,6 +208,15 @@ def _rows(model: Model, t: np.ndarray, curves: Mapping[Freedom, np.ndarray]) -> 
         raise SimulationError(f"there is no solution at any time; first failure: {missing[0]}")
     names, units = tuple(c.name for c in model.columns), tuple(c.unit for c in model.columns)
     return InverseDynamics(t, names, units, values, tuple(missing), tuple(notes))
+
+
+def _pose_and_rate(model: Model, nq: int, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The coordinates (nq) of the assembled state and their rates. If the forces have no solution, the rates are the last ones."""
+    pose = model.block.y[:nq].copy()
+    try:
+        return pose, model.block.evaluate()[0][:nq]
+    except RuntimeError:
+        return pose, last
 
 
 def _notes_at_rest(scene: sm.Scene, curves: Mapping[Freedom, np.ndarray]) -> list[str]:

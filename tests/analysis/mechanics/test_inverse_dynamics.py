@@ -168,6 +168,16 @@ def test_a_table_of_a_run_prescribes_all_joints_of_a_loop_but_one(made: sm.Scene
         inverse(made, time, every)
 
 
+def test_times_at_which_the_forces_have_no_solution_are_named_and_the_others_computed() -> None:
+    """The rows of a run prescribe both joints of a cam's loop, with friction at the cam."""
+    scene = crossed("cams", 21003)
+    r = simulate(scene, until=0.16, every=0.02, rtol=1e-10)
+    found = inverse(scene, r.time, {f"{n}.{q}[1]": r[f"{n}.{q}[1]"] for n in ("guide", "turn") for q in ("q", "qd", "qdd")})
+    without = np.isnan(found.values).any(axis=1)
+    assert 0 < np.count_nonzero(without) < len(r.time)
+    assert [m.split(":")[0] for m in found.missing] == [f"t = {t:g} s" for t in r.time[without]]
+
+
 def test_every_mistake_in_a_motion_is_reported() -> None:
     scene, t = arm(1), np.linspace(0.0, 1.0, 4)
     motion = {"j0.q[2]": t, "j0.qd[1]": t, "elbow.q[1]": t, "j0.qdd[1]": t[:2]}
