@@ -55,6 +55,8 @@ class SensitivityUnit:
         self._by_each[:, self.ny : self.ny + self.nz] = np.eye(self.nz)
         self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # memory for the derivatives along the seeds ``_by_each``
         self._factored: tuple[Any, ...] | None = None
+        self.by_loads = bool(kernel.structure[3])
+        """Whether friction may depend on reactions that redundant constraints leave open."""
         self.least = 1e-300
         self._places = tuple(map(address_of, (self.c, self.w, self.f)))
         self.prepare(np.array(model.built.parameters.values, float))
@@ -133,7 +135,7 @@ class SensitivityUnit:
             lu, pivots, failed = lapack.dgetrf(A)
             size = np.abs(lu.diagonal())
             regular = not failed and np.minimum.reduce(size) > REGULAR * np.maximum.reduce(size)
-            solved = _by_factors(lu, pivots) if regular else _least_squares(A)
+            solved = _by_factors(lu, pivots) if regular else _least_squares(A, self.by_loads)
             self._factored = rows, columns, solved
         return self._factored
 
@@ -184,13 +186,16 @@ def _by_factors(lu: np.ndarray, pivots: np.ndarray) -> Callable[[np.ndarray], np
     return lambda b: np.array([lapack.dgetrs(lu, pivots, right)[0] for right in b.T]).T
 
 
-def _least_squares(A: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """A function that gives the least-norm solution of A x = b, by singular values above RANK."""
+def _least_squares(A: np.ndarray, unique: bool) -> Callable[[np.ndarray], np.ndarray]:
+    """A function that gives the least-norm solution of A x = b, by singular values above RANK. If the solution has to be unique but
+    is not, the function raises SimulationError."""
     try:
         U, size, V = np.linalg.svd(A, full_matrices=False)
     except np.linalg.LinAlgError as e:
         raise SimulationError(f"the multipliers of a state have no derivative: {e}") from e
     kept = size > RANK * size[0]
+    if unique and not kept.all():
+        raise SimulationError("no derivative: friction depends on reactions that redundant constraints do not determine")
     left, right = U[:, kept].T / size[kept, None], V[kept].T
     return lambda b: right @ (left @ b)
 

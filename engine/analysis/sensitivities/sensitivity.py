@@ -13,7 +13,7 @@ from trunnion.analysis.sensitivities.initial_data_derivatives import differentia
 from trunnion.analysis.sensitivities.request_checks import check_request
 from trunnion.analysis.sensitivities.step_record import Tick, record_steps
 from trunnion.analysis.sensitivities.variational_equation import EventShift, integrate_sensitivities
-from trunnion.basics.errors import Problem, SimulationError, raise_problems
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.scene.data_classes.scene import Scene
@@ -143,8 +143,6 @@ class DifferentiatedRuns:
             self._entries = table_entries(model, lines)
         start = differentiate_start(model, lines, self._entries, tick)
         run = record_steps(model, self.samples, self.every, self.tolerance, tick)
-        if model.kernel.structure[3]:
-            raise SimulationError("no derivative: friction depends on reactions that redundant constraints do not determine")
         if self._unit is None:
             self._unit = SensitivityUnit(model, chosen)
         else:

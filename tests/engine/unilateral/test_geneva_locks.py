@@ -192,16 +192,51 @@ def test_compiled_kernel_and_sweep_agree_with_the_closed_form_of_the_lock() -> N
     assert table["first:contact_closed"].to_pylist() == pytest.approx(falls, abs=1e-8)
 
 
-def test_a_lock_that_ends_has_the_derivatives_of_its_closed_form() -> None:
-    """A faster driver releases the horn earlier, and the wheel then turns longer. The contacts have no friction, because
-    ``sensitivity`` refuses contacts with friction that would be redundant if all were closed."""
-    g = LockedGeneva(3)
-    g.mu = 0.0
-    leaves, since, pace = expected(g)[0][1][2], 1e-3, g.torque / g.inertia
-    until = leaves + since
-    names = ["joints.pivot.effort", "joints.shaft.drive.constant.rate"]
-    found = trunnion.sensitivity(g.scene(), names, ["pivot.q[1]"], until=until, every=until, rtol=1e-11)
-    assert found.derivatives[-1, 0] == pytest.approx([0.5 * since**2 / g.inertia, -pace * since * leaves / g.rate], rel=1e-7)
+NAMES = ["joints.pivot.effort", "joints.shaft.drive.constant.rate"]
+
+
+@pytest.mark.default_cases(3)
+@pytest.mark.parametrize("seed", range(1, 120, 2))
+def test_a_lock_with_friction_has_the_derivatives_of_its_closed_form(seed: int) -> None:
+    """The force on the horn grows in proportion to the torque. A faster driver releases the horn earlier, and the wheel then turns
+    longer."""
+    g = LockedGeneva(seed)
+    events, touch = expected(g)
+    (_, horn, closes), (_, _, leaves) = events[:2]
+    locked, ends = 0.5 * (closes + leaves), [*events, ("", "", touch)][2][2]
+    since, pace = min(0.5 * (ends - leaves), 0.9 * (2 * locked - leaves)), g.torque / g.inertia
+    outputs = ["pivot.q[1]", f"{horn}.contact[1].normal_force"]
+    found = trunnion.sensitivity(g.scene(), NAMES, outputs, until=leaves + since, every=locked, rtol=1e-11).derivatives
+    assert found[1] == pytest.approx(np.array([[0.0, 0.0], [g.force_at_horn() / g.torque, 0.0]]), rel=1e-7, abs=1e-7)
+    assert found[-1, 0] == pytest.approx([0.5 * since**2 / g.inertia, -pace * since * leaves / g.rate], rel=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(1, 40, 2))
+def test_a_lock_with_friction_has_the_derivatives_of_differences_until_the_pin_takes_over(seed: int) -> None:
+    """Differences of 1e-5 leave an error of about 1e-7, relative to the largest derivative of a column."""
+    g = LockedGeneva(seed)
+    until = 0.999 * expected(g)[1]
+    columns, values, part = ["pivot.q[1]", "pivot.qd[1]"], (g.torque, -g.rate), 1e-5
+    found = trunnion.sensitivity(g.scene(), NAMES, columns, until=until, every=until, rtol=1e-11).derivatives[-1]
+    for k, (name, value) in enumerate(zip(NAMES, values, strict=True)):
+        runs = [simulate(g.scene(), until=until, every=until, rtol=1e-12, overrides={name: (1 + x) * value}, kernel="parts")
+                for x in (-part, part)]  # fmt: skip
+        change = [(runs[1][c][-1] - runs[0][c][-1]) / (2 * part * value) for c in columns]
+        assert found[:, k] == pytest.approx(change, rel=1e-6)
+
+
+def test_friction_on_three_feet_in_a_line_has_no_derivative_while_all_carry() -> None:
+    """The loads of the feet depend on their stiffness, which the model lacks."""
+    line = {"points": [[3.0, 0.0], [-3.0, 0.0]]}
+    feet = {f"foot{k}": {"type": "point_on_curve", "axis": Z, "reference": X, "inboard": "ground", "curve": line, "unilateral": {},
+                         "friction": {"mu": 0.2}, "outboard": {"body": "block", "point": [0.1 * (k - 1), -0.05, 0]}}
+            for k in range(3)}  # fmt: skip
+    fly = {"type": "planar", "axis": Z, "reference": X, "inboard": "ground", "outboard": "block"}
+    fly["start"] = {"q": [0.0, 0.05, 0.0], "qd": [1.0, 0.0, 0.0]}
+    made = scene({"block": body(1.0, 0.1)}, {"fly": fly} | feet, gravity=[0, -G, 0])
+    with pytest.raises(trunnion.SimulationError, match="redundant constraints do not determine"):
+        trunnion.sensitivity(made, ["bodies.block.mass"], ["fly.q[1]"], until=0.1, every=0.1)
 
 
 @pytest.mark.parametrize("thickness", [0.05, 20.0])
