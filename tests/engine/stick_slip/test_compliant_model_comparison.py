@@ -118,6 +118,9 @@ CASES = {
     "loaded joints and a rod": (crossed_dict("loaded_arms", 2037), 0.1),
     "rod in a field": (crossed_dict("rod_loops", 2029), 0.1),
     "springs by curves": (crossed_dict("curved_rows", 2029), 0.1),
+    "lever that bounces to rest": (crossed_dict("dropped_levers", 108), 0.2),
+    "tappet that bounces to rest": (crossed_dict("lifting_tappets", 20000), 0.2),
+    "pin in two slots of a wheel": (crossed_dict("slotted_wheels", 20006), 0.2),
 }
 
 ERRORS = {"worm that holds with more friction at rest": NEAR}
