@@ -14,6 +14,8 @@ from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.run import simulate
 
 Function = Callable[[float], float]
+TURNS = 8.3
+"""Turns of the driver of a Geneva wheel: the wheel is indexed eight or nine times."""
 
 
 def first_root(functions: list[Function], start: float, end: float, points: int = 400) -> tuple[float, int] | None:
@@ -90,7 +92,10 @@ class Geneva:
         self.play, self.inertia = rng.uniform(5e-5, 4e-4), rng.uniform(5e-4, 2e-3)
         self.torque, self.mu = rng.uniform(0.2, 1.0) * self.inertia * self.rate**2, rng.uniform(0.0, 0.3)
         self.start, self.rest = 0.5 * np.pi - np.pi / self.slots + rng.uniform(0.05, 0.3), np.pi / self.slots
-        self.until = 2.3 * 2.0 * np.pi / self.rate
+        self.turn = 2.0 * np.pi / self.rate
+        """Span of each search, s. The pin passes a mouth in each turn. In a longer search, ``first_root`` misses short flights. In
+        a shorter search, the gap just after a release is round-off beyond the points that ``first_root`` leaves out."""
+        self.until = TURNS * self.turn
 
     def scene(self) -> Scene:
         drive = {"constant": {"rate": -self.rate, "start": self.start}}
@@ -154,8 +159,8 @@ class Geneva:
                 return self.in_slot(x, self.run_out(x, *free)[0])
 
             mouth: list[Function] = [lambda x, out=out, place=place: out * (self.mouth - place(x)[0])]
-            found = first_root([*mouth, lambda x, place=place: self.play - abs(place(x)[1])] if inside else mouth, t, self.until)
-            if not found:
+            found = first_root([*mouth, lambda x, place=place: self.play - abs(place(x)[1])] if inside else mouth, t, t + self.turn)
+            if not found or found[0] > self.until:
                 return
             (t, which), across = found, place(found[0])[1]
             if which == 0:
@@ -170,8 +175,8 @@ class Geneva:
             if self.push(t, side) > 0.0:
                 ends: list[Function] = [lambda x, side=side: self.push(x, side)]
                 ends.append(lambda x: self.mouth**2 + self.play**2 - self.pin(x)[0][0] ** 2)
-                found = first_root(ends, t, self.until)
-                if not found:
+                found = first_root(ends, t, t + self.turn)
+                if not found or found[0] > self.until:
                     return
                 t, inside = found[0], found[1] == 0
                 yield "contact_opened", t
@@ -180,7 +185,7 @@ class Geneva:
 
 @pytest.mark.default_cases(4)
 @pytest.mark.parametrize("seed", range(120))
-def test_a_pin_enters_drives_and_leaves_a_geneva_wheel_at_the_instants_of_the_closed_form(seed: int) -> None:
+def test_a_pin_indexes_a_geneva_wheel_eight_times_at_the_instants_of_the_closed_form(seed: int) -> None:
     g = Geneva(np.random.default_rng(seed))
     expected = list(g.events())
     r = simulate(g.scene(), until=g.until, rtol=1e-11, kernel="parts")
