@@ -25,14 +25,14 @@ def with_rows_inside_steps(result: Result, names: tuple[str, ...]) -> tuple[Resu
 
     The motion is bit-identical, because the rows are read from the dense output of the steps.
     """
-    used, end = result.settings, float(result.time[-1])
+    used, end = result.settings, float(result.outcome.time)
     jams = result.scene.simulation.jams == "impact"
     settings = bl.Settings(used["rtol"], used["method"], **({"step": used["step"]} | bounds_of(result.scene)), through_jams=jams)
     again = run(Model(result.scene, names, used["kernel"]), float(used["until"]), -float(PARTS), settings)
-    in_run = again.time <= end
-    steps = again.data[1:][in_run[1:]]
-    steps = steps[: len(steps) // PARTS * PARTS].reshape(-1, PARTS, again.data.shape[1])
-    ends = np.r_[again.time[0], steps[:, -1, 0]]
+    rows = again.data[again.time <= end * (1.0 + SHORTEST)]  # times of rows have round-off
+    steps = rows[1 : 1 + (len(rows) - 1) // PARTS * PARTS].reshape(-1, PARTS, rows.shape[1])
+    ends = np.r_[rows[0, 0], steps[:, -1, 0]]
     long = np.diff(ends) > SHORTEST * end
-    rows = np.concatenate([again.data[:1], steps[long].reshape(-1, again.data.shape[1])])
-    return replace(result, data=rows, columns=again.columns), np.r_[ends[0], ends[1:][long]]
+    kept = [rows[:1], steps[long].reshape(-1, rows.shape[1]), rows[1 + steps.shape[0] * PARTS :]]  # the last step may end later
+    data = np.concatenate(kept)
+    return replace(result, data=data, columns=again.columns), np.r_[ends[0], ends[1:][long], data[-1, 0]]

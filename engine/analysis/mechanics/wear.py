@@ -23,14 +23,6 @@ from trunnion.simulation.runtime_interface.c_signatures import library
 BINS = 72
 """Number of directions around a pin for which the depth of wear is computed (5° each)."""
 
-DEVICES = ("end_stop_engaged", "end_stop_released", "latch", "unlatch", "contact_opened", "contact_closed", "contact_rests")
-FEW = 24
-"""The run is repeated with rows inside its steps if fewer rows than this lie between two successive events of end stops or latches.
-The number corresponds to four polynomials through six rows each."""
-COARSE = 1e-4
-"""The load of a joint is computed from all rows and from every second row. If the two loads differ by more than this fraction, the
-run is also repeated."""
-
 
 @dataclass(frozen=True)
 class ContactWear:
@@ -95,8 +87,8 @@ def wear(result: Result, k: Mapping[str, float] | float | None = None) -> Wear:
     """Wear of every contact of a run.
 
     The result needs normal forces, angles, coordinates and rates of the joints with friction, which the default outputs contain.
-    If forces change too quickly for the spacing of the rows, the run is repeated with rows inside its steps. ``time`` then
-    has the times of these rows. Axial thrust and a preload are not normal forces of contacts, so they add no wear.
+    The run is repeated with rows inside its steps, so that its own rows have no effect. ``time`` has the times of these rows. Axial
+    thrust and a preload are not normal forces of contacts, so they add no wear.
 
     Args:
         result: the run.
@@ -111,10 +103,8 @@ def wear(result: Result, k: Mapping[str, float] | float | None = None) -> Wear:
     if lacking:
         hint = "run with all outputs of the joint"
         raise SceneError([Problem("outputs", f"wear needs the column {c}", hint) for c in lacking[:8]])
-    ends = np.array([e.time for e in result.events])
-    if _has_brief_forces(result) or any(_has_few_rows(result, n, j) for n, j in joints.items()):
-        patterns = (f"{n}.{c}" for n, j in joints.items() for c in _columns(n, j))
-        result, ends = with_rows_inside_steps(result, tuple(p for p in patterns if result.matching(p)))
+    patterns = (f"{n}.{c}" for n, j in joints.items() for c in _columns(n, j))
+    result, ends = with_rows_inside_steps(result, tuple(p for p in patterns if result.matching(p)))
     contacts, columns = [], {}
     for name, j in joints.items():
         element = touching(j)
@@ -126,25 +116,6 @@ def wear(result: Result, k: Mapping[str, float] | float | None = None) -> Wear:
             contacts.append(found)
             columns[f"{name}.wear.{'volume' if own is not None else 'load'}[{i}]"] = grown
     return Wear(tuple(contacts), result.time, columns)
-
-
-def _has_brief_forces(r: Result) -> bool:
-    """Whether two successive events of end stops or latches have fewer than FEW rows between them."""
-    times = np.array([e.time for e in r.events if e.kind in DEVICES])
-    return bool(np.any(np.diff(np.searchsorted(r.time, times)) < FEW))
-
-
-def _has_few_rows(r: Result, name: str, j: sm.Joint) -> bool:
-    """Whether the result has too few rows for the joint's load. The load is computed from all rows, and from every second row; the
-    two loads differ by more than COARSE at some row."""
-    element = touching(j)
-    if element is None or not element.count:
-        return False
-    end = len(r) - 1 + len(r) % 2
-    events = [e.time for e in r.events]
-    load = _load_rates(r, name, j, element)[0].sum(axis=0, keepdims=True)[:, :end]
-    whole, half = (integral(r.time[:end:k], load[:, ::k], events)[0] for k in (1, 2))
-    return bool(np.abs(half - whole[::2]).max() > COARSE * whole[-1])
 
 
 def _columns(name: str, j: sm.Joint) -> list[str]:

@@ -192,7 +192,9 @@ def test_wear_beside_stiff_stops_does_not_depend_on_the_rows(seed: int) -> None:
 
 
 @pytest.mark.default_cases(1)
-@pytest.mark.parametrize(("family", "seed"), [("screw_levers", 1), ("racks", 0), ("grippers", 1), ("hooks_in_loops", 0)])
+@pytest.mark.parametrize(("family", "seed"), [
+    ("racks", 20036), ("slots", 20013), ("geared_linkages", 20073), ("screw_levers", 1), ("grippers", 1), ("hooks_in_loops", 0),
+])  # fmt: skip
 def test_loads_of_random_mechanisms_are_the_work_of_friction_over_its_ratio(family: str, seed: int) -> None:
     """Each run has 200 rows."""
     scene = crossed(family, seed)
@@ -205,3 +207,12 @@ def test_loads_of_random_mechanisms_are_the_work_of_friction_over_its_ratio(fami
             continue
         loads = sum(c.load for c in w.contacts if c.joint == name)
         assert loads == pytest.approx(-r[f"{name}.friction.work"][-1] / rub.mu, rel=3e-4, abs=1e-7)
+
+
+def test_the_load_before_a_jam_does_not_depend_on_the_rows() -> None:
+    """The load grows without bound towards the jam."""
+    scene = crossed("winches", 20074)
+    runs = [simulate(scene, until=0.5, every=0.5 / rows, rtol=1e-8, kernel="parts") for rows in (50, 2000)]
+    assert {r.outcome.name for r in runs} == {"jammed"}
+    first, second = ([c.load for c in wear(r, K).contacts] for r in runs)
+    assert first == second
