@@ -44,7 +44,7 @@ class Run:
     f: Callable[[np.ndarray, np.ndarray], np.ndarray]
     t: float
     y: np.ndarray
-    rtol: float
+    rtol: np.ndarray
     atol: np.ndarray
     nudge: np.ndarray
     h: float = 1e-6
