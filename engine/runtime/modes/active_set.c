@@ -229,8 +229,9 @@ static int tr_decide_modes(tr_sim *s, const int *rest, int n, int released) {
   }
   s->friction.stored = TR_STORES_NONE;
   if (many) return !(s->friction.undecided = !tr_decide_many(s, rest, n, released, old));
-  return tr_decide_one_by_one(s, rest, n, released, old) || tr_decide_by_cones(s, rest, n) || tr_try_all_combinations(s, rest, n, 0, 1) > 0 ||
-         tr_try_all_combinations(s, rest, n, 1, 1) > 0;
+  if (tr_decide_one_by_one(s, rest, n, released, old) || tr_decide_by_cones(s, rest, n) || tr_try_all_combinations(s, rest, n, 0, 1) > 0) return 1;
+  /* where a class begins to slide, some of its pairs may yield a moment earlier than the others */
+  return released >= 0 && tr_try_all_combinations(s, rest, n, 1, 1) > 0;
 }
 
 static void tr_prefer_sticking(tr_sim *s, double t, const int *rest, int n, int released, int most) {
